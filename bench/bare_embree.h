@@ -5,8 +5,9 @@
 
 namespace kagero::bench {
 
-/// Writes the ends of the camera's straight rays through a tile, row by row. A ray ends at the first surface that it
-/// meets, or as escaped at the distance 2·escape_radius. Rays are traced in packets of 16 (4 × 4 pixels).
+/// Traces the camera rays of a tile as straight rays and writes their ends, row by row. A ray ends at the first surface
+/// that it meets, or with the status `escaped` at the distance 2·escape_radius. Rays are traced in packets of 16 (4 × 4
+/// pixels).
 void bare_embree(const CameraRays& camera, const Geometry& geometry, double escape_radius, const Tile& tile,
                  RayEnd* ends);
 

@@ -18,36 +18,40 @@ using PhasePoint = std::array<double, 6>;  // q, p
 /// Hamilton's equations for H of Satoh (2003), equation (16), or for K = r·H. The derivatives are written by hand.
 template <bool Rescaled>
 struct RayEquations {
-    HandWritten<double, Rescaled> hand;
+    HandWritten<double, Rescaled> hamiltonian;
     double pt;
 
-    void operator()(const PhasePoint& y, PhasePoint& slope, double) const {
+    /// Sets `derivative` to dy/dλ, or to dy/dτ if `Rescaled`.
+    void operator()(const PhasePoint& y, PhasePoint& derivative, double) const {
         State<double> s;
         for (std::size_t k = 0; k < 6; ++k) s.y[k] = y[k];
         s.y[6] = pt;
-        double out[6];
-        hand.derivatives(s, out);
+        double gradient[6];
+        hamiltonian.derivatives(s, gradient);
         for (std::size_t k = 0; k < 3; ++k) {
-            slope[k] = out[3 + k];
-            slope[3 + k] = -out[k];
+            derivative[k] = gradient[3 + k];
+            derivative[3 + k] = -gradient[k];
         }
     }
     /// Estimates the integration parameter that is needed to reach the sphere r = radius. Near that sphere
-    /// dr/dλ = p_r − r_g (p_r + p_t)/r is about constant. Returns infinity for inward rays and for 3 r < radius.
+    /// dr/dλ = p_r − r_g (p_r + p_t)/r is about constant; dτ = dλ/r. Returns infinity for inward rays and for
+    /// 3 r < radius.
     double parameter_to(double radius, const PhasePoint& y) const {
-        const double square = y[0] * y[0] + y[1] * y[1] + y[2] * y[2], along = y[0] * y[3] + y[1] * y[4] + y[2] * y[5];
-        if (along <= 0 || 9 * square < radius * radius) return std::numeric_limits<double>::infinity();
-        const double r = std::sqrt(square), pr = along / r;
-        const double speed = pr - hand.rg * (pr + pt) / r;
-        if (!(speed > 0)) return std::numeric_limits<double>::infinity();
-        return Rescaled ? std::log(radius / r) / speed : (radius - r) / speed;
+        const double qq = y[0] * y[0] + y[1] * y[1] + y[2] * y[2], qp = y[0] * y[3] + y[1] * y[4] + y[2] * y[5];
+        if (qp <= 0 || 9 * qq < radius * radius) return std::numeric_limits<double>::infinity();
+        const double r = std::sqrt(qq), pr = qp / r;
+        const double dr = pr - hamiltonian.rg * (pr + pt) / r;  // dr/dλ
+        if (!(dr > 0)) return std::numeric_limits<double>::infinity();
+        return Rescaled ? std::log(radius / r) / dr : (radius - r) / dr;
     }
 };
 
 /// Length of the first step of methods with step control.
 constexpr double first_step = 0.1;
-/// Limits of the attempts at one step of a method with step control, and of the steps of a ray.
-constexpr int max_tries = 100, max_steps = 10000;
+/// Limit of the attempts at one step of a method with step control.
+constexpr int max_tries = 100;
+/// Limit of the steps of a ray.
+constexpr int max_steps = 10000;
 
 /// Resets a stepper that keeps data between steps; call before each ray.
 void reset_stepper(auto& stepper) {
@@ -105,20 +109,20 @@ struct Multistep {
     odeint::runge_kutta_fehlberg78<PhasePoint> single;
     odeint::adams_bashforth_moulton<order, PhasePoint> stepper;
     double fixed_length;
-    bool started = false;  ///< True if the stepper has the history of previous steps.
+    bool has_history = false;  ///< True if `stepper` contains the derivatives at previous steps of this ray.
     explicit Multistep(double length) : fixed_length(length) {}
     double begin() {
-        started = false;
+        has_history = false;
         return fixed_length;
     }
     template <class System>
     void step(const System& system, PhasePoint& y, double& length) {
         double time = 0;
         if (length != fixed_length) single.do_step(system, y, time, length);
-        else if (started) stepper.do_step(system, y, time, length);
+        else if (has_history) stepper.do_step(system, y, time, length);
         else {
             stepper.initialize(single, system, y, time, length);
-            started = true;
+            has_history = true;
         }
     }
 };
@@ -133,26 +137,28 @@ void integrate(const Hole& hole, double number, const std::vector<RayStart>& sta
     for (std::size_t i = 0; i < starts.size(); ++i) {
         const RayStart& start = starts[i];
         const RayEquations<Rescaled> equations{HandWritten<double, Rescaled>(hole.rg), start.pt};
-        PhasePoint y{start.q[0], start.q[1], start.q[2], start.p[0], start.p[1], start.p[2]}, slope;
+        PhasePoint y{start.q[0], start.q[1], start.q[2], start.p[0], start.p[1], start.p[2]}, derivative;
         double length = method.begin();
         RayEnd& end = ends[i];
         end.status = Status::step_limit;
         for (int n = 0; n < max_steps; ++n) {
             double remaining = equations.parameter_to(hole.escape_radius, y);
             if (std::abs(remaining) < close) {
-                equations(y, slope, 0);
-                for (std::size_t k = 0; k < 6; ++k) y[k] += remaining * slope[k];
+                equations(y, derivative, 0);
+                for (std::size_t k = 0; k < 6; ++k) y[k] += remaining * derivative[k];
                 end.status = Status::escaped;
                 break;
             }
             method.step(equations, y, remaining < length ? remaining : length);
         }
-        equations(y, slope, 0);
-        const double inverse = 1 / std::sqrt(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2]);
+        equations(y, derivative, 0);
+        const double* velocity = derivative.data();
+        const double inverse =
+            1 / std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2]);
         for (std::size_t k = 0; k < 3; ++k) {
             end.q[k] = y[k];
             end.p[k] = y[3 + k];
-            end.v[k] = inverse * slope[k];
+            end.v[k] = inverse * velocity[k];
         }
     }
 }

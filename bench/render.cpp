@@ -34,7 +34,7 @@ const Integration integrations[] = {
     {"verlet_fine", {"integrator.method=verlet", "integrator.step=0.05"}},
 };
 
-/// Options and overrides of one benchmark.
+/// Options and scene overrides of one benchmark.
 struct RenderCase {
     Options options;
     std::vector<Override> overrides;
@@ -56,6 +56,7 @@ void render_room(benchmark::State& state, const RenderCase& render_case) {
     state.counters["gradients/ray"] = double(c.gradients) / rays;
     state.counters["queries/ray"] = double(c.queries) / rays;
     state.counters["occupancy"] = double(c.active_lane_steps) / double(c.issued_lane_steps);
+    // Share of the lane-iterations of implicit solves in which the lane had not converged.
     if (c.issued_iterations) state.counters["iterating"] = double(c.active_iterations) / double(c.issued_iterations);
 }
 
@@ -81,8 +82,8 @@ void render_bare(const Plan& plan, Film& film) {
     }
 }
 
-/// Ends the program with status 1 if the two pictures differ in more than one pixel in a thousand. Pixels at edges may
-/// differ. Runs only once per instruction set.
+/// Ends the program with status 1 if the pictures of kagero and bare_embree differ in more than one pixel in a
+/// thousand. Pixels at edges of objects may differ. Compares the pictures only once per instruction set.
 void require_same_picture(const std::string& isa) {
     static std::set<std::string> compared;
     if (!compared.insert(isa).second) return;
@@ -106,6 +107,7 @@ void require_same_picture(const std::string& isa) {
     std::exit(1);
 }
 
+/// Registers the benchmarks of the room with straight rays.
 void add_straight(const std::string& isa) {
     const auto add = [&](const char* name, void (*render_film)(const Plan&, Film&)) {
         benchmark::RegisterBenchmark(("straight_room/" + isa + "/" + name).c_str(), [=](benchmark::State& state) {
@@ -119,6 +121,7 @@ void add_straight(const std::string& isa) {
     add("bare_embree", render_bare);
 }
 
+/// Registers a benchmark of the room. `cull` is false for queries without culling.
 void add(const std::string& isa, const std::string& strategy, const std::string& precision,
          const Integration& integration, bool cull) {
     RenderCase render_case{{}, integration.overrides};

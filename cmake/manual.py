@@ -15,7 +15,7 @@ def help_of(program, *verb):
 
 
 def sections(text):
-    """Returns the titled blocks of a help text, {"Options": [(names, meaning), ...]}, and the lines before them."""
+    """Returns the titled blocks of a help text, {"Options": [(names, meaning), ...]}, and all lines before them."""
     blocks, preface, rows = {}, [], None
     for line in text.splitlines():
         title = re.fullmatch(r"([A-Z]\w+):", line)
@@ -28,12 +28,11 @@ def sections(text):
             rows[-1] = (rows[-1][0], (rows[-1][1] + " " + line.strip()).strip())
         elif line and rows is None:
             preface.append(line)
-        elif not line:
-            rows = rows if rows is None else rows
     return blocks, preface
 
 
 def roff(text):
+    """Returns the text with the characters escaped that have a meaning in man pages."""
     text = text.replace("\\", "\\e").replace("-", "\\-").replace("…", "...")
     return "\\&" + text if text.startswith((".", "'")) else text
 

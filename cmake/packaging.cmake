@@ -1,5 +1,5 @@
 # Installation and packaging. Kernel modules are in lib/kagero, in the build tree and after installation. The program
-# and the library find them relative to their position.
+# and the library search for this folder relative to their own paths.
 install(TARGETS kagero RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/ DESTINATION ${CMAKE_INSTALL_LIBDIR}/kagero
         FILES_MATCHING PATTERN "kagero-*.so")

@@ -31,8 +31,8 @@ enum class Failure : std::uint8_t {
     singular_start,      ///< H or its derivatives do not exist at the start.
     too_far,             ///< The squares of the start's coordinates overflow the number type.
     no_observer,         ///< The space does not define this observer, or no such observer can exist at this position.
-    no_rest_frame,       ///< H is not ½ g^ab p_a p_b with p_t > 0, so directions are those of dq/dλ in coordinates.
-    no_momentum,         ///< No real momentum has this direction and H = H0 (inside a horizon, negative N²).
+    no_rest_frame,       ///< H is not ½ g^ab p_a p_b with p_t > 0; directions of rays are those of dq/dλ instead.
+    no_momentum,         ///< No real momentum has this direction and H = H0: inside a horizon, or where N² < 0.
     not_converged,       ///< A step has no solution, or none within its tolerance, at any step length.
     not_refined,         ///< The event that ends the last step could not be refined, at any step length.
     not_finite,          ///< The state overflows the number type, or Ω or the step bound is not greater than 0.
@@ -72,9 +72,10 @@ struct HamiltonianInfo {
     double level;        ///< H0, the value of H on every ray.
     const char* method;  ///< Default integrator.
     double step;         ///< Default step for the default values of the parameters.
-    const char* step_goes_with = nullptr;   ///< Formula for the length to which the default step is proportional.
-    const char* index_parameter = nullptr;  ///< Refractive index to whose inverse the default step is proportional.
-    bool bounded = false, captures = false;  ///< Rays may end at the edge of the medium; rays may be captured.
+    const char* step_goes_with = nullptr;   ///< Formula for a length; the default step is proportional to it.
+    const char* index_parameter = nullptr;  ///< Name of the parameter whose inverse scales the default step.
+    bool bounded = false;   ///< Declares a domain; rays escape at its edge.
+    bool captures = false;  ///< Declares where rays are captured.
     bool discontinuous = false, bounds_steps = false;  ///< Declares a switching function; declares max_step_length.
     bool has_second_sheet = false;  ///< A throat leads to a second sheet, with a separate sky.
     bool cyclic[3] = {};            ///< For x, y, z: true if the integrated Hamiltonian does not depend on it.
@@ -118,7 +119,7 @@ struct Surface {
 /// the faces −x, +x, −y, +y, −z, +z of the grid.
 struct ClearanceGrid {
     const float* box_index;  ///< For each cell, x fastest: index into `boxes`.
-    const float* boxes;      ///< Six numbers per box: lower x, y, z and upper x, y, z, in cells from the origin.
+    const float* boxes;      ///< Six numbers per box: lower x, y, z and upper x, y, z, in cells from `origin`.
     std::uint32_t cells[3];
     double origin[3], cell[3];  ///< Lower corner of the first cell; edge lengths of a cell.
 };
@@ -173,7 +174,7 @@ struct RayEnd {
     std::uint32_t surface, primitive;  ///< For `hit`: index into Geometry::surfaces; triangle of that surface.
     Status status;
     Failure failure;
-    bool unrefined;  ///< Only the chord hits the surface; the dense output misses it by less than a small tolerance.
+    bool unrefined;  ///< The chord hits the surface, but refinement found no hit; the position is approximate.
 };
 
 enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2 };
@@ -185,12 +186,12 @@ struct PathPoint {
     double parameter, q[3], p[3], v[3], pt, energy;
 };
 
-/// The path of one ray, and the derivatives of the two film coordinates of its end, in pixels.
+/// The path of one ray, and the derivatives of the film coordinates (in pixels) of the ray's end.
 struct RayPath {
     const PathPoint* points;  ///< In order from the start.
     std::uint32_t count;
     double normal[3];  ///< Normal of the surface or sphere on which the ray ends, of any length.
-    double by_position[2][3], by_direction[2][3];  ///< With respect to position and unit direction.
+    double by_position[2][3], by_direction[2][3];  ///< Derivatives with respect to position and unit direction.
 };
 
 enum class Op : std::uint8_t;  // kernels/operation.h
@@ -208,31 +209,31 @@ struct Formula {
     const FormulaNode* nodes;
     std::uint32_t node_count;
     std::int32_t energy;
-    std::int32_t domain, capture;  ///< A ray is escaped, or captured, where the expression is ≤ 0.
-    std::int32_t length_scale;     ///< Step bound, a length.
+    std::int32_t domain, capture;  ///< A ray escapes where `domain` ≤ 0; it is captured where `capture` ≤ 0.
+    std::int32_t length_scale;     ///< The step bound.
     std::int32_t rescale;          ///< Ω(q): Ω·(H − H0) is integrated.
-    std::int32_t parts[2];         ///< H_A and H_B; both are stated, or neither.
+    std::int32_t parts[2];         ///< H_A and H_B with H = H_A + H_B; both are stated, or neither.
     double level;                  ///< H0.
     double pt;
     std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
     const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.
 };
-inline constexpr std::uint32_t formula_limit = 4096;  ///< Greatest number of nodes.
+inline constexpr std::uint32_t max_formula_nodes = 4096;  ///< Greatest number of nodes.
 
-/// The data that all rays of a call share.
+/// The data that all rays of a call of KernelInfo::trace share.
 struct Job {
     std::uint32_t hamiltonian, integrator;  ///< Indices into Module::hamiltonians and Module::integrators.
     const double* parameters;  ///< In the declared order; for `formula`, the programs that Module::compile wrote.
     bool rescaled;             ///< Ω(q)·(H − H0) is integrated instead of H.
     double step;
     double tolerance;  ///< Local error of adaptive methods, relative to 1 + |value|.
-    double max_step_radius_ratio = std::numeric_limits<double>::infinity();  ///< Bound on adaptive steps / |q|.
+    double max_step_radius_ratio = std::numeric_limits<double>::infinity();  ///< Bound on |adaptive step| / |q|.
     double solver_tolerance;  ///< Relative residual of implicit equations; 0: the rounding error.
     std::uint32_t max_steps;
     double escape_radius;  ///< Radius |q| of the escape sphere.
     double bending_radius = std::numeric_limits<double>::infinity();  ///< Radius |q| beyond which rays are straight.
     double inner_escape_radius;  ///< A ray with a smaller |q| escapes into the second sheet; 0: there is none.
-    /// Inward rays that cannot return are captured within this |(x, y, capture_stretch·z)|: no surface is inside.
+    /// Rays are captured only where |(x, y, capture_stretch·z)| ≤ capture_radius: no surface lies farther inward.
     double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
     double parameter_limit;  ///< λ at which every ray ends exactly; infinity: no limit.
     bool use_symmetry;       ///< Cyclic coordinates are updated once per step if the method has `drift_kick`.

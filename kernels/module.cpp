@@ -87,20 +87,20 @@ struct Kernels {
 
     constexpr void add(const KernelInfo& kernel) { list[count++] = kernel; }
     /// Adds the gangs with the given numbers of rays that consist of more than one packet.
-    template <class V, int... lanes>
-    constexpr void add_gangs(Precision precision, std::integer_sequence<int, lanes...>) {
+    template <class V, int... ray_counts>
+    constexpr void add_gangs(Precision precision, std::integer_sequence<int, ray_counts...>) {
         const auto add_gang = [&]<int rays>() {
             constexpr std::uint32_t packets = rays / lane_count<V>;
             if (packets > 1)
                 add({Strategy::packet, precision, Form::gang, rays, ValueTraits<V>::registers * packets,
                      gang_entry<V, rays>, nullptr});
         };
-        (add_gang.template operator()<lanes>(), ...);
+        (add_gang.template operator()<ray_counts>(), ...);
     }
 };
-using GangLengths = std::integer_sequence<int,
+using GangRayCounts = std::integer_sequence<int,
 #include "gangs.inc"
-                                          >;
+                                            >;
 
 /// All kernels. The first kernel of each strategy and precision is the default, so it must support every space. Gangs
 /// are last, so that a packet of the same number of lanes has precedence.
@@ -110,11 +110,11 @@ constexpr Kernels kernels = [] {
     all.add(kernel_of<PacketFloat>(Strategy::packet, Precision::float32));
     all.add(kernel_of<double>(Strategy::scalar, Precision::float64));
     all.add(kernel_of<float>(Strategy::scalar, Precision::float32));
-#define KAGERO_VECTORIZATION(VECTORIZATION) all.add(compared_kernel_of<VECTORIZATION>());
+#define KAGERO_VECTORIZATION(VECTORIZATION) all.add(compared_kernel_info<VECTORIZATION>());
     KAGERO_VECTORIZATIONS(KAGERO_VECTORIZATION)
 #undef KAGERO_VECTORIZATION
-    all.add_gangs<PacketDouble>(Precision::float64, GangLengths{});
-    all.add_gangs<PacketFloat>(Precision::float32, GangLengths{});
+    all.add_gangs<PacketDouble>(Precision::float64, GangRayCounts{});
+    all.add_gangs<PacketFloat>(Precision::float32, GangRayCounts{});
     return all;
 }();
 
@@ -170,12 +170,12 @@ double throat_radius(std::uint32_t hamiltonian, const double* parameters) {
 }
 
 double bending_radius(std::uint32_t hamiltonian, const double* parameters) {
-    constexpr double everywhere = std::numeric_limits<double>::infinity();
-    if (hamiltonian == formula_index) return everywhere;
+    constexpr double not_declared = std::numeric_limits<double>::infinity();
+    if (hamiltonian == formula_index) return not_declared;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
         if constexpr (requires { H::bending_radius(make_parameters<H>(parameters)); })
             return H::bending_radius(make_parameters<H>(parameters));
-        else return everywhere;
+        else return not_declared;
     });
 }
 

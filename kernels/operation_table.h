@@ -3,7 +3,7 @@
 /// The tape, programs, dual numbers, rounding bounds, operation counts, and the interpreter and the parser of formulas
 /// all iterate over the table. To add a function, write its struct and append its row to `KAGERO_FUNCTIONS`.
 ///
-/// Members of a struct:
+/// Members of a struct for an operation y of the operands a and b:
 ///   name             name of the function in formulas; the symbol of an operator; "" for other operations
 ///   operands         1 or 2; 3 for fused operations
 ///   flops            lower bound on the number of floating-point operations; signs and comparisons count as 0
@@ -12,12 +12,13 @@
 ///   is_composed      true if `value` uses other functions. Otherwise each number type has a function of this name, as
 ///                    in simd/lanes.h, simd/circular.h and numeric/quad.h.
 ///   is_abbreviation  true if the tape records other operations instead, so that no derivative is needed
-///   value(a, b)      the result, called y below
+///   value(a, b)      the result y
 ///   derivative(a, y), or derivative_a(a, b, y) and derivative_b(a, b, y)
+///                    the derivatives ∂y/∂a and ∂y/∂b
 /// Optional members:
 ///   recorded(a)      the operations that the tape records for an abbreviation; default: those of `value`
-///   total(a, b)      `value` for operands that may be 0, infinite or NaN; used for uniforms and formulas
-///   first(a, b)      true if the result is the first operand, false if it is the second; replaces the derivatives
+///   total(a, b)      `value` for operands that may be 0, infinite or NaN; used for uniform nodes and formulas
+///   selects_a(a, b)  true if the result is operand a, false if it is operand b; replaces the derivatives
 ///   adjoint(d, a, y), or adjoint_a(d, a, b, y) and adjoint_b(d, a, b, y)
 ///                    d·∂y/∂a as recorded on the tape, if the order of its factors matters; default: d·derivative
 /// All functions are generic in the number type: scalars, packets, dual numbers and `Recorded` numbers.
@@ -206,7 +207,7 @@ struct Min : Selection {
         else return min(a, b);
     }
     template <class T>
-    KAGERO_INLINE static constexpr auto first(const T& a, const T& b) { return b >= a; }
+    KAGERO_INLINE static constexpr auto selects_a(const T& a, const T& b) { return b >= a; }
 };
 struct Max : Selection {
     static constexpr const char* name = "max";
@@ -218,7 +219,7 @@ struct Max : Selection {
         else return max(a, b);
     }
     template <class T>
-    KAGERO_INLINE static constexpr auto first(const T& a, const T& b) { return a >= b; }
+    KAGERO_INLINE static constexpr auto selects_a(const T& a, const T& b) { return a >= b; }
 };
 /// The step function: 1 if a ≥ b, else 0. Its derivative is taken as 0.
 struct AtLeast : ComposedFunction<2> {

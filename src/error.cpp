@@ -41,12 +41,12 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 std::string near_match(const std::string& word, const std::vector<std::string>& known) {
     std::string nearest;
-    // A single letter has the same distance from all other letters, so it has no near match.
-    std::size_t least = word.size() < 2 ? 1 : std::max<std::size_t>(1, word.size() / 3) + 1;
+    // A single letter has distance 1 from every other letter, so it has no near match.
+    std::size_t upper_bound = word.size() < 2 ? 1 : std::max<std::size_t>(1, word.size() / 3) + 1;
     for (const std::string& name : known) {
         const std::size_t distance = edit_distance(word, name);
-        if (distance < least) {
-            least = distance;
+        if (distance < upper_bound) {
+            upper_bound = distance;
             nearest = name;
         }
     }

@@ -21,13 +21,13 @@ std::string layer_of(const std::string& path) {
     return second == std::string::npos ? "" : path.substr(first + 1, second - first - 1);
 }
 
-/// Returns the path without its extension, which a header and its implementation share.
+/// Returns the path without its extension, which identifies a unit: a header and its implementation.
 std::string unit_of(const std::string& path) {
     return path.substr(0, path.rfind('.'));
 }
 
-/// Returns the units that each unit below a folder includes. `prefix` leads from the root of the repository to the
-/// folder that the includes are relative to.
+/// Returns the units that each unit below a folder includes. `prefix` is the path from the root of the repository to
+/// the folder that the includes are relative to.
 std::map<std::string, std::set<std::string>> include_graph(const std::string& folder, const std::string& prefix) {
     std::map<std::string, std::set<std::string>> graph;
     for (const Source& source : sources_below(folder)) {
@@ -94,7 +94,7 @@ TEST(Kernels, IncludeDownwards) {
         return std::find(kernel_layers.begin(), kernel_layers.end(), folder) - kernel_layers.begin();
     };
     for (const Source& source : sources_below("kernels")) {
-        // The module, and the templates of generated sources, may include every folder.
+        // Files directly in kernels/, and the templates of generated sources, may include every folder.
         if (source.path.ends_with(".cpp.in") || layer_of(source.path).empty()) continue;
         EXPECT_LT(height(layer_of(source.path)), std::ptrdiff_t(kernel_layers.size()))
             << source.path << " is in a folder that is not listed as a layer";
@@ -117,7 +117,8 @@ TEST(Program, HasNoCycles) {
     EXPECT_EQ(cycle_in(folder_graph(units)), "");
 }
 
-// Verbs, the main program and the image module are called through tables and have no header of their name.
+// Some files have no header of the same name: verbs and the image module are called through tables, and main.cpp only
+// contains the entry point.
 TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
     for (const Source& source : sources_below("src")) {
         if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") ||

@@ -1,4 +1,4 @@
-// Rules for the English of comments, messages and pages, as far as a program can check them.
+// Tests of the English of comments, messages and pages, and of the layout of sources.
 #include "tests/support/sources.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A piece of prose: a comment, a message or a paragraph of a page.
+/// A comment, a message or a paragraph of a page.
 struct Prose {
     std::string path;
     std::size_t line;
@@ -84,7 +84,7 @@ std::vector<Prose> prose_of_script(const std::string& path, const std::string& t
 /// Returns the paragraphs, headings and table rows of a page, without the contents of fenced blocks.
 std::vector<Prose> prose_of_page(const std::string& path, const std::string& text) {
     std::vector<Prose> all;
-    bool fenced = false, open = false;
+    bool fenced = false, in_paragraph = false;
     std::size_t number = 0;
     for (const std::string& line : lines_of(text)) {
         ++number;
@@ -92,11 +92,11 @@ std::vector<Prose> prose_of_page(const std::string& path, const std::string& tex
         const std::string words = trimmed(line);
         const bool single = starts_with(words, "|") || starts_with(words, "#") || starts_with(words, "- ") ||
                             starts_with(words, "<");
-        if (fenced || words.empty() || starts_with(line, "```")) open = false;
-        else if (open && !single) all.back().text += " " + words;
+        if (fenced || words.empty() || starts_with(line, "```")) in_paragraph = false;
+        else if (in_paragraph && !single) all.back().text += " " + words;
         else {
             all.push_back({path, number, words});
-            open = !starts_with(words, "|") && !starts_with(words, "#");
+            in_paragraph = !starts_with(words, "|") && !starts_with(words, "#");
         }
     }
     return all;
@@ -193,9 +193,9 @@ TEST(Language, StatementsAreNotChainedByCommas) {
                 ADD_FAILURE() << source.path << ": " << found.str();
 }
 
-// Identifiers that are not terms of docs/glossary.md.
+// These identifiers are jargon: docs/glossary.md contains the terms that replace them.
 TEST(Language, UsesTheTermsOfTheGlossary) {
-    static const std::set<std::string> old{
+    static const std::set<std::string> jargon{
         "Survey",    "Waypoint",      "Leg",          "Arrival",  "Passage",  "Encounter", "Landing",   "creased",
         "far_side",  "flow_of_rest",  "Master",       "Sighting", "PlanAs",   "torn",      "mul_add",   "make_harmless",
         "no_pace",   "not_landed",    "landing_ticks", "Halt",    "FewDouble", "ManyDouble", "pilot",   "pick",
@@ -205,7 +205,7 @@ TEST(Language, UsesTheTermsOfTheGlossary) {
         for (const Source& source : sources_below(folder)) {
             for (auto w = std::sregex_iterator(source.code.begin(), source.code.end(), word);
                  w != std::sregex_iterator(); ++w)
-                if (old.contains(w->str())) ADD_FAILURE() << source.path << ": " << w->str();
+                if (jargon.contains(w->str())) ADD_FAILURE() << source.path << ": " << w->str();
         }
 }
 

@@ -1,8 +1,8 @@
 /// Question: how long does one gradient of H take per ray? H is equation (16) of Satoh (2003).
 ///
-/// `chain`: each state depends on the previous gradient, as in an explicit step, so the latency of a gradient is
-/// measured. `independent`: gradients at states that do not depend on each other, as at the stages of a Gauss step, so
-/// the throughput is measured.
+/// The benchmark `chain` measures the latency of a gradient: each state depends on the previous gradient, as in an
+/// explicit step. The benchmark `independent` measures the throughput: the states do not depend on each other, as at
+/// the stages of a Gauss step.
 #pragma once
 
 #include "bench/kernels/gradient_methods.h"
@@ -18,7 +18,7 @@ namespace kagero::bench {
 inline constexpr double hole_parameters[1] = {0.08};  ///< r_g of scenes/room.toml.
 inline constexpr int state_count = 8;                 ///< Number of different ray states per lane.
 
-/// Returns a ray state in the room, different in each lane: the next elements of a low-discrepancy sequence.
+/// Returns ray state `number` in the room, different in each lane: consecutive elements of a low-discrepancy sequence.
 template <class V>
 State<V> ray_state(int number) {
     using S = ScalarOf<V>;
@@ -38,7 +38,7 @@ State<V> ray_state(int number) {
     return s;
 }
 
-/// Ends the program unless the derivatives of both methods agree to rounding.
+/// Ends the program unless the derivatives of a method agree with those of the tape to rounding.
 template <class V, class Gradient, class Tape>
 void require_agreement(const Gradient& gradient, const Tape& tape, const char* name) {
     using S = ScalarOf<V>;
@@ -75,7 +75,7 @@ template <class V, class Gradient>
 void chain(benchmark::State& state) {
     const Gradient gradient(hole_parameters);
     State<V> s = ray_state<V>(0);
-    const V step(ScalarOf<V>(1e-15));  // so small that the states stay almost equal
+    const V step(ScalarOf<V>(1e-15));  // so small that the state stays almost constant
     constexpr int length = 64;
     for (auto _ : state) {
         for (int i = 0; i < length; ++i) {
@@ -105,7 +105,7 @@ void independent(benchmark::State& state) {
     set_counters<V>(state, double(state.iterations()) * state_count);
 }
 
-/// Registers the benchmarks of one method for the gradient. Ends the program if it disagrees with the tape.
+/// Registers the benchmarks of one method for the gradient. Ends the program if the method disagrees with the tape.
 template <class V, template <class, bool> class Method, bool Rescaled>
 void add_method(const std::string& type) {
     using Gradient = Method<V, Rescaled>;

@@ -11,7 +11,8 @@ namespace kagero::bench {
 
 using hamiltonians::Schwarzschild;
 
-/// Hand-written derivatives with common subexpressions, fused multiply-adds and a single 1/√.
+/// Hand-written derivatives with common subexpressions, fused multiply-adds and a single 1/√. With r = |q|,
+/// p_r = p·q/r and u = p_r + p_t:
 ///
 ///     H:  a = r_g u/r²,  ∂H/∂p = p − a q,          ∂H/∂q = (a/r)(3u/2 − p_t) q − a p
 ///     K:  a = r_g u/r,   ∂K/∂p = r p − a q,        ∂K/∂q = (1/r)(T + a q·p/r) q − a p,     T = (|p|² − p_t²)/2
@@ -25,30 +26,30 @@ struct HandWritten {
     /// Sets `out` to ∂/∂q and ∂/∂p of H, or of K if `Rescaled`.
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const {
         const SharedTerms c(*this, s);
-        const V along_q = c.along_q(s), along_p = c.r2 * c.ir;
+        const V along_q = c.along_q(s), r = c.r2 * c.ir;
         for (int k = 0; k < 3; ++k) {
             out[k] = fms(along_q, s.y[k], c.a * s.y[3 + k]);
-            if constexpr (Rescaled) out[3 + k] = fms(along_p, s.y[3 + k], c.a * s.y[k]);
+            if constexpr (Rescaled) out[3 + k] = fms(r, s.y[3 + k], c.a * s.y[k]);
             else out[3 + k] = fnma(c.a, s.y[k], s.y[3 + k]);
         }
     }
     /// Returns ∂K/∂q.
-    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const requires Rescaled {
+    KAGERO_INLINE Vec3<V> gradient_q(const State<V>& s) const requires Rescaled {
         const SharedTerms c(*this, s);
         const V along_q = c.along_q(s);
         const auto at = [&](int k) __attribute__((always_inline)) { return fms(along_q, s.y[k], c.a * s.y[3 + k]); };
         return {at(0), at(1), at(2)};
     }
     /// Returns ∂K/∂p.
-    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const requires Rescaled {
+    KAGERO_INLINE Vec3<V> gradient_p(const State<V>& s) const requires Rescaled {
         const SharedTerms c(*this, s);
-        const V along_p = c.r2 * c.ir;
-        const auto at = [&](int k) __attribute__((always_inline)) { return fms(along_p, s.y[3 + k], c.a * s.y[k]); };
+        const V r = c.r2 * c.ir;
+        const auto at = [&](int k) __attribute__((always_inline)) { return fms(r, s.y[3 + k], c.a * s.y[k]); };
         return {at(0), at(1), at(2)};
     }
 
 private:
-    /// Terms that occur in both ∂/∂q and ∂/∂p: r², 1/r, p_r = p·q/r, u = p_r + p_t, and a.
+    /// Terms that occur in both ∂/∂q and ∂/∂p: r², 1/r, p_r, u and a.
     struct SharedTerms {
         V r2, ir, pr, u, a;
         KAGERO_INLINE SharedTerms(const HandWritten& hand, const State<V>& s) {
@@ -95,8 +96,8 @@ struct DenseForward {
     }
 };
 
-/// Forward differentiation of the factored H, with dual numbers that contain only derivatives that can differ from
-/// zero; with fused multiply-adds and a single 1/√.
+/// Forward differentiation of H in the form H = (|p|² − p_t²)/2 − r_g u²/(2r), with dual numbers that contain only
+/// derivatives that can differ from zero; with fused multiply-adds and a single 1/√.
 template <class V, bool Rescaled>
 struct SparseForward {
     static constexpr const char* name = "sparse_forward";
@@ -111,14 +112,14 @@ struct SparseForward {
         const auto px = variable<3>(s.y[3]);
         const auto py = variable<4>(s.y[4]);
         const auto pz = variable<5>(s.y[5]);
-        const SparseDual<V, 0> pt{s.y[6], {}}, half{V(S(0.5)), {}}, mass{V(rg), {}};
+        const SparseDual<V, 0> pt{s.y[6], {}}, half{V(S(0.5)), {}}, radius{V(rg), {}};
         const auto r2 = x * x + y * y + z * z;
         const auto ir = rsqrt(r2);
         const auto u = pt + (x * px + y * py + z * pz) * ir;
         const auto t = half * (px * px + py * py + pz * pz - pt * pt);
         const auto h = [&] {
-            if constexpr (Rescaled) return (r2 * ir) * t - half * mass * (u * u);
-            else return t - half * (mass * ir) * (u * u);
+            if constexpr (Rescaled) return (r2 * ir) * t - half * radius * (u * u);
+            else return t - half * (radius * ir) * (u * u);
         }();
         for (int i = 0; i < variable_count; ++i) out[i] = h.derivative[i];
     }

@@ -22,10 +22,10 @@ constexpr int index_of(unsigned mask, int k) { return std::popcount(mask & ((1u 
 template <class V, unsigned mask>
 struct SparseDual {
     V value;
-    V derivative[std::popcount(mask) + (mask == 0)];  ///< In the order of the variables.
+    V derivative[std::popcount(mask) + (mask == 0)];  ///< In the order of the variables; an array must not be empty.
 };
 
-/// Returns the number with this value, and with the derivative rule<k>() for each variable k in `mask`.
+/// Returns the number with this value, whose derivative with respect to variable k is rule<k>(), for each k in `mask`.
 template <class V, unsigned mask, class Rule>
 KAGERO_INLINE SparseDual<V, mask> with_derivatives(const V& value, const Rule& rule) {
     SparseDual<V, mask> d;
@@ -76,9 +76,10 @@ KAGERO_INLINE SparseDual<V, a | b> operator*(const SparseDual<V, a>& x, const Sp
 }
 template <class V, unsigned a>
 KAGERO_INLINE SparseDual<V, a> rsqrt(const SparseDual<V, a>& x) {
-    const V root = rsqrt(x.value), slope = V(ScalarOf<V>(-0.5)) * (root * root * root);
+    const V inverse_root = rsqrt(x.value);
+    const V outer = V(ScalarOf<V>(-0.5)) * (inverse_root * inverse_root * inverse_root);  // d(x^-1/2)/dx
     return with_derivatives<V, a>(
-        root, [&]<int k>() __attribute__((always_inline)) { return slope * derivative<k>(x); });
+        inverse_root, [&]<int k>() __attribute__((always_inline)) { return outer * derivative<k>(x); });
 }
 
 }  // namespace kagero::bench

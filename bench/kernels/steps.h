@@ -38,8 +38,8 @@ auto parameters_of() {
     return values;
 }
 
-/// Sets the start of adjacent rays at x = −1 that move along x. H differs from H0 there, which does not change the
-/// work.
+/// Sets the starts of adjacent rays that move from x = −1 along x. H of these states is not H0, which does not change
+/// the work per step.
 template <class V>
 void set_ray_starts(StepperState<V>& f, double pt) {
     using S = ScalarOf<V>;
@@ -64,8 +64,8 @@ double sum_of_lanes(const V& v) {
     return sum;
 }
 
-/// Returns the peak rate of multiply-adds in operations per second: the greatest rate of five runs of some
-/// milliseconds. It is measured once in this process.
+/// Returns the peak rate of multiply-adds of type T in operations per second: the greatest rate of five runs of some
+/// milliseconds. The rate is measured once per process.
 template <class T>
 double peak() {
     static const double best = [] {
@@ -121,10 +121,10 @@ void measure_steps(benchmark::State& state, const Method& method, const SpaceKer
     const auto initial = std::make_unique<StepperState<V>>(), current = std::make_unique<StepperState<V>>();
     set_ray_starts(*initial, H::spacetime ? 1.0 : 0.0);
     initial->h = V(ScalarOf<V>(step_of(method)));
-    initial->options.tolerance = ScalarOf<V>(1e-6);  // No step is rejected for its estimated error.
+    initial->options.tolerance = ScalarOf<V>(1e-6);  // so large that no step is rejected for its estimated error
     kernel.begin[kind](*system, *initial, method.coefficients);
     const int count = static_cast<int>(integration_length / step_of(method));
-    // Number of stages whose derivatives a step takes over from the previous step.
+    // Number of stages whose values the stepper keeps from one step to the next.
     const int stages = method.coefficients.gauss ? method.coefficients.gauss->stages : 2;
     *current = *initial;
     for (auto _ : state) {

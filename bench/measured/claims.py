@@ -80,7 +80,7 @@ def packet_over_per_ray(program, tables):
             f"per-ray-{pixels:g}", f"packet ÷ better per-ray form at equal error ({pixels:g} pixel), double", [], [4],
             [packet["speedup"] / per_ray["speedup"]],
             f"packet {packet['method']}, {packet['lanes']} lanes, {milliseconds(packet)}; per-ray {per_ray['form']} "
-            f"{per_ray['method']}, {milliseconds(single)}",
+            f"{per_ray['method']}, {milliseconds(per_ray)}",
             share=[general_share(program, "double", "--integrator", packet["method"], "--step", packet["step"])]))
     default = tables.get(DEFAULT_TABLE) or program.compare(ROOM)
     packet, per_ray = fastest_row(default, "packet", "double"), fastest_row(default, "per-ray", "double")

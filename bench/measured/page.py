@@ -1,4 +1,5 @@
 """Writes docs/performance.md from a data file."""
+import textwrap
 
 
 def verdict(row):
@@ -32,10 +33,17 @@ def table(rows):
     return lines
 
 
+def wrapped(text, indent=""):
+    """Returns the lines of a paragraph. `indent` precedes all lines but the first."""
+    return textwrap.wrap(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
 def missed(rows, causes):
     """Returns the lines of the section on missed targets. `causes` maps keys of claims to sentences."""
-    lines = [f"- {row['what']}: {causes.get(row['key'], 'the cause has not been measured.')}"
-             for row in rows if verdict(row) in ("**missed**", "below target")]
+    lines = []
+    for row in rows:
+        if verdict(row) in ("**missed**", "below target"):
+            lines += wrapped(f"- {row['what']}: {causes.get(row['key'], 'the cause has not been measured.')}", "  ")
     return ["", "## Causes of missed targets", "", *(lines or ["Every target is reached."])]
 
 
@@ -52,22 +60,25 @@ def disturbance(data):
 def write(path, data, name, causes, others):
     """Writes the page. `name` is the data file, `causes` maps keys of claims to one sentence each, and `others` are
     the data files of other machines."""
+    link = f"[{name}](performance/{name})"
     lines = [
         "# Performance", "",
-        f"`bench/performance` measured everything on this page, and wrote it and [{name}](performance/{name}).",
-        "Do not edit the page. Each number is a median over interleaved rounds of one run, on one thread unless the",
-        "row states another number. The share of peak divides the counted floating-point operations of tracing per",
-        "second by the rate of independent multiply-adds, which the same run measures on the same thread.", "",
+        *wrapped(f"`bench/performance` measured everything on this page, and wrote it and {link}. Do not edit the page. "
+                 "Each number is a median over interleaved rounds of one run, on one thread unless the row states "
+                 "another number. The share of peak divides the counted floating-point operations of tracing per second "
+                 "by the rate of independent multiply-adds, which the same run measures on the same thread."), "",
         f"- machine: {data['machine']}; instruction set {data['isa']}",
         f"- compiler: {data['compiler']}; commit {data['commit']}; {data['date']}; {data['rounds']} rounds",
         *disturbance(data), "",
-        "The minimum must hold and the target is the aim; both were set for processors with eight doubles per register",
-        "(avx512).", "", "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
+        *wrapped("The minimum must hold and the target is the aim; both were set for processors with eight doubles per "
+                 "register (avx512)."), "",
+        "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
         "## Further data", "",
-        f"[{name}](performance/{name}) contains the rows of every comparison of strategies, the times of gradients",
-        "from the tape and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands.",
-        "`bench/performance --only WORD` repeats the measurements whose name contains WORD. The names are those of the",
-        "functions in `bench/measured/claims.py`. Measurements of other machines, or of earlier commits:", ""]
-    lines += [f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; commit "
-              f"{other['commit']}" for other in others]
+        *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape and "
+                 "of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. `bench/performance "
+                 "--only WORD` repeats the measurements whose name contains WORD. The names are those of the functions "
+                 "in `bench/measured/claims.py`. Measurements of other machines, or of earlier commits:"), ""]
+    for other in others:
+        lines += wrapped(f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; commit "
+                         f"{other['commit']}", "  ")
     path.write_text("\n".join(lines) + "\n")

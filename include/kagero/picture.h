@@ -21,7 +21,7 @@ public:
     /// are linear.
     const float* pixels(const std::string& layer) const;
     const RunChoices& choices() const;
-    bool interrupted() const;    ///< Returns true if some pixels were not traced.
+    bool interrupted() const;    ///< Returns true if some pixels were not rendered.
     std::uint64_t rays() const;  ///< Returns the number of traced rays.
     double seconds() const;      ///< Returns the time of tracing and shading.
 

@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-/// Start of a ray in scene coordinates, and its direction. The direction may have any length.
+/// Start and direction of a ray, in scene coordinates. The direction may have any length greater than zero.
 struct Ray {
     std::array<double, 3> position, direction;
 };
@@ -17,18 +17,18 @@ struct Ray {
 struct TracedRay {
     std::string status;  ///< "hit", "escaped", "captured", "step_limit" or "failed".
     std::string object;  ///< Name of the object that was hit; otherwise empty.
-    std::array<double, 3> position, direction, momentum;  ///< At the end. The direction dq/dλ has unit length.
+    std::array<double, 3> position, direction, momentum;  ///< At the end; `direction` is dq/dλ with unit length.
     double pt = 0;                ///< p_t, the momentum conjugate to time; 0 if the space has no p_t.
     double parameter = 0;         ///< λ, the parameter of Hamilton's equations.
     std::uint32_t steps = 0;      ///< Number of integration steps.
     std::uint32_t gradients = 0;  ///< Number of evaluations of the gradient of H.
-    double energy_error = 0;      ///< Greatest |H − H0| / (|p · ∂H/∂p| + |H0|) along the ray.
+    double energy_error = 0;      ///< Greatest |H − H0| / (|p·∂H/∂p| + |H0|) along the ray; H0 is the exact value of H.
     std::string reason;           ///< Reason why the ray failed; otherwise empty.
 };
 
 /// Traces rays; element i of the result belongs to ray i. Directions are in the rest frame of `observer` ("static",
-/// "zamo" or "falling"). If `observer` is empty, they are directions of dq/dλ in scene coordinates. Throws InputError
-/// if the scene or an option is invalid, and RunError if the run fails.
+/// "zamo", "falling" or "coordinate"). If `observer` is empty, they are those of dq/dλ in scene coordinates. Throws
+/// InputError if the scene or an option is invalid, and RunError if the run fails.
 KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays,
                                                 const std::string& observer = {}, const RunOptions& options = {});
 

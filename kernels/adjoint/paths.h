@@ -26,21 +26,21 @@ public:
     /// Returns the number of points of the longest path.
     std::uint32_t longest() const { return longest_; }
 
-    /// Returns the normals of the surfaces at the ends, and the derivatives of the film coordinates.
+    /// Returns the normals of the surfaces on which the rays end, and the derivatives of the film coordinates.
     EndSensitivity<V> end_sensitivity() const {
         EndSensitivity<V> e;
         for (std::uint32_t i = 0; i < W; ++i) {
-            set(e.normal, i, paths_[i]->normal);
+            set_vector(e.normal, i, paths_[i]->normal);
             for (int r = 0; r < 2; ++r) {
-                set(e.by_position[r], i, paths_[i]->by_position[r]);
-                set(e.by_direction[r], i, paths_[i]->by_direction[r]);
+                set_vector(e.by_position[r], i, paths_[i]->by_position[r]);
+                set_vector(e.by_direction[r], i, paths_[i]->by_direction[r]);
             }
         }
         return e;
     }
-    /// Returns the states k points before the ends, and sets `parameter` to λ at these points. For a path with fewer
-    /// points it is the start of the path.
-    State<V> from_end(std::uint32_t k, V& parameter) const {
+    /// Returns the states k points before the ends, and sets `parameter` to λ at these points. If a path has at most k
+    /// points, its lane contains the state at the start of the path.
+    State<V> before_end(std::uint32_t k, V& parameter) const {
         State<V> state;
         for (std::uint32_t i = 0; i < W; ++i) {
             const PathPoint& point = paths_[i]->points[paths_[i]->count - 1 - std::min(k, paths_[i]->count - 1)];
@@ -55,7 +55,8 @@ public:
     }
 
 private:
-    static void set(Vec3<V>& v, std::uint32_t lane, const double (&x)[3]) {
+    /// Sets a lane of the vector v to x.
+    static void set_vector(Vec3<V>& v, std::uint32_t lane, const double (&x)[3]) {
         set_lane(v.x, int(lane), x[0]);
         set_lane(v.y, int(lane), x[1]);
         set_lane(v.z, int(lane), x[2]);
@@ -65,25 +66,25 @@ private:
     const RayPath* paths_[W];
 };
 
-/// Writes, for each path, a bound on the effect of rounding on the film position of its end, in pixels. `unit_roundoff`
-/// is half a unit in the last place of 1 in the number type of the rays.
+/// Computes, for each path, a bound in pixels on the effect of rounding errors on the film position of its end.
+/// `unit_roundoff` is half a unit in the last place of 1 in the number type of the rays.
 template <class V>
 void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, double unit_roundoff, double* pixels) {
     const SpaceKernel<V>& kernel = space_of<V>(*job);
     const RoundingCounts counts = rounding_counts_of(methods[job->integrator]);
     SystemStorage system;
     kernel.construct(system, job->parameters);
-    const SweptSystem<V> swept{kernel, system};
+    const SweptSystem<V> swept_system{kernel, system};
     for (std::uint32_t first = 0; first < count; first += lane_count<V>) {
         const PathPacket<V> packet(paths + first, count - first);
-        V late_parameter, early_parameter;  // λ at the end and at the start of a step
+        V end_parameter, start_parameter;  // λ at the end and at the start of a step
         Sweep<V> sweep;
-        sweep.state = packet.from_end(0, late_parameter);
-        begin_sweep(swept, packet.end_sensitivity(), sweep);
+        sweep.state = packet.before_end(0, end_parameter);
+        begin_sweep(swept_system, packet.end_sensitivity(), sweep);
         for (std::uint32_t k = 1; k < packet.longest(); ++k) {
-            const State<V> from = packet.from_end(k, early_parameter);
-            sweep_step(swept, from, late_parameter - early_parameter, counts, sweep);
-            late_parameter = early_parameter;
+            const State<V> step_start = packet.before_end(k, start_parameter);
+            sweep_step(swept_system, step_start, end_parameter - start_parameter, counts, sweep);
+            end_parameter = start_parameter;
         }
         for (std::uint32_t i = 0; i < packet.count(); ++i)
             pixels[first + i] = unit_roundoff * get_lane(sweep.bound, int(i));

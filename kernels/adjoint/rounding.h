@@ -3,12 +3,12 @@
 #pragma once
 
 #include "kernels/autodiff/dual.h"
-#include "kernels/autodiff/listing.h"
+#include "kernels/autodiff/interpreter.h"
 
 namespace kagero {
 
 /// Returns the unit in the first place of x: the greatest power of two that is not above |x| (Rump, Ogita & Oishi, SIAM
-/// J. Sci. Comput. 31, 2008). The unit in the last place of x is this power times that of 1.
+/// J. Sci. Comput. 31, 2008). The unit in the last place of x is this power times the unit in the last place of 1.
 template <class V>
 KAGERO_INLINE V unit_in_first_place(const V& x) {
     const V scaled = V(0x1p52 + 1) * x;
@@ -30,18 +30,20 @@ KAGERO_INLINE V separately_rounded_product([[maybe_unused]] Op op, [[maybe_unuse
 
 }  // namespace detail
 
-/// Returns a bound on the effect of the roundings in a program on two results, in units of half a unit in the last
-/// place of 1. It is Σ rounding · |adjoint| · (unit in the first place of the value) over the operations. `rounding` is
-/// the bound in operation_table.h, and |adjoint| is the Euclidean norm over the two results. `seeds` are the
-/// derivatives of the two results with respect to the outputs of the program, one row of `outputs` numbers per result.
+/// Returns a bound on the effect of the rounding errors in a program on two results that depend on its outputs. The
+/// unit of the bound is half a unit in the last place of 1. The bound is the sum of rounding · |adjoint| · (unit in the
+/// first place of the value) over the operations. `rounding` is the member of that name in operation_table.h, and
+/// |adjoint| is the Euclidean norm over the two results. `seeds` are the derivatives of the two results with respect to
+/// the outputs of the program, one row of `outputs` numbers per result.
 template <class V, class S>
-V sum_of_roundings(const ListingWithValues<S>& listed, const V* inputs, const V* seeds, int outputs) {
-    using Forward = Dual<V, most_operands>;
-    const Listing& program = listed.program;
+V sum_of_roundings(const ProgramWithUniforms<S>& code, const V* inputs, const V* seeds, int outputs) {
+    using DualNumber = Dual<V, most_operands>;
+    const ProgramView& program = code.program;
     V value[Tape::capacity], adjoint[Tape::capacity][2];
     const V zero(S(0));
-    const auto value_of = [&](int k) -> const V& { return k < 0 ? zero : value[k]; };
-    evaluate(listed, inputs, value);
+    // Returns the value of node k, or 0 if the operand is absent (k = −1).
+    const auto operand_value = [&](int k) -> const V& { return k < 0 ? zero : value[k]; };
+    evaluate(code, inputs, value);
     for (int i = 0; i < program.size; ++i) adjoint[i][0] = adjoint[i][1] = zero;
     for (int o = 0; o < outputs; ++o)
         for (int r = 0; r < 2; ++r) adjoint[program.outputs[o]][r] += seeds[r * outputs + o];
@@ -50,16 +52,16 @@ V sum_of_roundings(const ListingWithValues<S>& listed, const V* inputs, const V*
         const Node& n = program.nodes[i];
         if (detail::is_leaf(n.op)) continue;
         const int operands[most_operands] = {n.a, n.b, n.c};
-        const Forward result =
-            detail::applied<Forward>(n.op, Forward::variable(value_of(n.a), 0), Forward::variable(value_of(n.b), 1),
-                                     Forward::variable(value_of(n.c), 2));
+        const DualNumber result = detail::apply_at_run_time<DualNumber>(
+            n.op, DualNumber::variable(operand_value(n.a), 0), DualNumber::variable(operand_value(n.b), 1),
+            DualNumber::variable(operand_value(n.c), 2));
         for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
                 adjoint[operands[k]][r] = fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
         const V adjoint_norm = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
         sum += V(S(info_of(n.op).rounding)) * adjoint_norm * unit_in_first_place(value[i]);
-        sum += adjoint_norm *
-               unit_in_first_place(detail::separately_rounded_product(n.op, value_of(n.a), value_of(n.b)));
+        const V product = detail::separately_rounded_product(n.op, operand_value(n.a), operand_value(n.b));
+        sum += adjoint_norm * unit_in_first_place(product);
     }
     return sum;
 }

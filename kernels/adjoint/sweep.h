@@ -1,15 +1,15 @@
-/// The reverse sweep along a ray. It integrates adjoints from the end of the ray to its start. The adjoint at a step is
-/// the derivative of the two film coordinates of the end with respect to the ray state at the step. The adjoints give a
-/// bound on the effect of the roundings in all steps (Iri 1988; Satoh 2003, reference 11).
+/// The reverse sweep along a ray. It integrates adjoints from the end of the ray to its start. An adjoint at a state of
+/// the ray is the derivative of one of the two film coordinates of the ray end with respect to this state. The adjoints
+/// give a bound on the effect of the rounding errors in all steps (Iri 1988; Satoh 2003, reference 11).
 ///
-/// An adjoint a follows the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω, where J is the
-/// symplectic matrix and ∂²K the Hessian. For each step of the ray, this equation is integrated by one step of the
-/// classical Runge–Kutta method. The ray state in the middle of the step, at which A is evaluated, is that of the cubic
-/// Hermite polynomial.
+/// An adjoint a follows the transposed variational equation of the flow, da/dλ = −Aᵀa with A = J ∂²K/Ω. J is the
+/// symplectic matrix, ∂²K is the Hessian, and Ω is 1 without time rescaling. For each step of the ray, one step of the
+/// classical Runge–Kutta method integrates this equation. A cubic Hermite polynomial gives the ray state in the middle
+/// of the step, at which A is evaluated.
 ///
-/// The bound includes the roundings of each operation in the program of ∂K/∂(q, p), and those of the sums that update
+/// The bound includes the rounding errors of each operation in the program of ∂K/∂(q, p), and of the sums that update
 /// the state, whose number depends on the stepper. It includes neither the residual of implicit iterations nor the
-/// roundings in a flow that a Hamiltonian defines in closed form.
+/// rounding errors in a flow that a Hamiltonian defines in closed form.
 #pragma once
 
 #include "kernels/adjoint/rounding.h"
@@ -29,56 +29,57 @@ struct EndSensitivity {
 template <class V>
 using AdjointRows = PhaseGradient<V>[2];
 
-/// The derivatives of K at one state. K is H − H0, or Ω·(H − H0) with time rescaling. On a ray, where H = H0,
-/// ∂K/∂(q, p) / Ω is the gradient of H.
+/// The derivatives of K at one state, divided by Ω. On a ray, where H = H0, ∂K/∂(q, p) / Ω is the gradient of H.
 template <class V>
 struct FlowDerivatives {
-    PhaseGradient<V> slope;  ///< ∂K/∂(q, p) / Ω
-    Hessian<V> curvature;    ///< ∂²K/∂(q, p)² / Ω
-    V inverse_rescaling;     ///< 1/Ω
-    V switching;             ///< switching function, which changes sign at a discontinuity; unset if H has none
+    PhaseGradient<V> gradient;  ///< ∂K/∂(q, p) / Ω
+    Hessian<V> hessian;         ///< ∂²K/∂(q, p)² / Ω
+    V inverse_rescaling;        ///< 1/Ω
+    V switching;                ///< switching function, which changes sign at a discontinuity; unset if H has none
     /// Returns dq/dλ.
-    Vec3<V> velocity() const { return velocity_in(slope); }
+    Vec3<V> velocity() const { return velocity_in(gradient); }
 };
 
-/// The system that the sweep differentiates. Its functions are called through pointers, because the sweep is rarely
-/// used.
+/// The system whose derivatives the sweep needs. Its functions are called through pointers, so that the sweep is
+/// compiled once for all Hamiltonians. This is slower, but the sweep is rarely used.
 template <class V>
 struct SweptSystem {
     const SpaceKernel<V>& kernel;
     const SystemStorage& storage;
-    ListingWithValues<double> derivatives = kernel.derivatives(storage);
+    ProgramWithUniforms<double> gradient_program = kernel.derivatives(storage);  ///< computes ∂K/∂(q, p)
 
-    /// Returns a bound on the effect of the roundings in the program of ∂K/∂(q, p) at a state. `seeds` are the
-    /// derivatives of the two film coordinates with respect to the outputs of the program.
+    /// Returns a bound on the effect of the rounding errors in `gradient_program` at a state. `seeds` are the
+    /// derivatives of the two film coordinates with respect to the outputs of this program.
     V roundings(const State<V>& s, const AdjointRows<V>& seeds) const {
-        return sum_of_roundings(derivatives, s.y, &seeds[0][0], phase_size);
+        return sum_of_roundings(gradient_program, s.y, &seeds[0][0], phase_size);
     }
 };
 
-/// The point that the sweep of a packet of rays has reached, with the adjoints there.
+/// The states that the sweep along a packet of rays has reached, and the adjoints at these states.
 template <class V>
 struct Sweep {
     State<V> state;
-    FlowDerivatives<V> flow;  ///< derivatives at `state`; slightly later on the ray if H has a discontinuity
-    AdjointRows<V> rows;
-    V bound;  ///< bound on the effect of the roundings so far, in units of half a unit in the last place of 1
+    FlowDerivatives<V> flow;  ///< derivatives at `state`; slightly later on the ray if H has discontinuities
+    AdjointRows<V> rows;      ///< adjoints of the two film coordinates
+    /// Bound on the effect of the rounding errors between `state` and the end, in units of half a unit in the last
+    /// place of 1.
+    V bound;
 };
 
 namespace detail {
 
-/// Steps end on discontinuities of H. If H has any, derivatives at the ends of a step are therefore evaluated at this
-/// fraction of the step inside it.
+/// Steps may start or end on a discontinuity of H, where the derivatives have no value. If H has discontinuities, the
+/// derivatives at the ends of a step are evaluated inside the step, at this fraction of its length from the ends.
 inline constexpr double discontinuity_offset = 1e-6;
 
 /// Returns the derivatives of K at a state.
 template <class V>
 FlowDerivatives<V> flow_derivatives_at(const SweptSystem<V>& system, const State<V>& state) {
     FlowDerivatives<V> flow;
-    differentiate(system.derivatives, state.y, flow.slope, flow.curvature);
+    differentiate(system.gradient_program, state.y, flow.gradient, flow.hessian);
     flow.inverse_rescaling = recip(system.kernel.time_rescaling_factor(system.storage, state));
-    for (V& s : flow.slope) s = s * flow.inverse_rescaling;
-    for (V& c : flow.curvature) c = c * flow.inverse_rescaling;
+    for (V& g : flow.gradient) g = g * flow.inverse_rescaling;
+    for (V& h : flow.hessian) h = h * flow.inverse_rescaling;
     if (system.kernel.discontinuous) flow.switching = system.kernel.switching_function(system.storage, state);
     return flow;
 }
@@ -98,20 +99,20 @@ State<V> middle_of(const State<V>& a, const FlowDerivatives<V>& at_a, const Stat
     State<V> y = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
     for (int k = 0; k < space_size; ++k) {
-        y.y[k] = fma(eighth, at_a.slope[momentum(k)] - at_b.slope[momentum(k)], y.y[k]);
-        y.y[momentum(k)] = fnma(eighth, at_a.slope[k] - at_b.slope[k], y.y[momentum(k)]);
+        y.y[k] = fma(eighth, at_a.gradient[momentum(k)] - at_b.gradient[momentum(k)], y.y[k]);
+        y.y[momentum(k)] = fnma(eighth, at_a.gradient[k] - at_b.gradient[k], y.y[momentum(k)]);
     }
     return y;
 }
 
-/// Writes Aᵀ·row to `out`, where A is the matrix of the variational equation.
+/// Writes Aᵀ·row to `out`, where A is the matrix of the variational equation, computed from the Hessian.
 template <class V>
-void multiply_by_transpose(const Hessian<V>& curvature, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
+void multiply_by_transpose(const Hessian<V>& hessian, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
     for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
         for (int k = 0; k < space_size; ++k)
-            out[i] += curvature[hessian_index(i, momentum(k))] * row[k] -
-                      curvature[hessian_index(i, k)] * row[momentum(k)];
+            out[i] += hessian[hessian_index(i, momentum(k))] * row[k] -
+                      hessian[hessian_index(i, k)] * row[momentum(k)];
     }
 }
 
@@ -120,28 +121,29 @@ void multiply_by_transpose(const Hessian<V>& curvature, const PhaseGradient<V>& 
 template <class V>
 void integrate_adjoint(const FlowDerivatives<V>& late, const FlowDerivatives<V>& middle,
                        const FlowDerivatives<V>& early, const V& length, PhaseGradient<V>& row) {
-    PhaseGradient<V> slope[4], argument;
-    const auto set_argument = [&](const V& h, const PhaseGradient<V>& previous_slope) {
-        for (int i = 0; i < phase_size; ++i) argument[i] = fma(h, previous_slope[i], row[i]);
+    PhaseGradient<V> rate[4], argument;  // of the four Runge–Kutta stages
+    const auto set_argument = [&](const V& h, const PhaseGradient<V>& previous_rate) {
+        for (int i = 0; i < phase_size; ++i) argument[i] = fma(h, previous_rate[i], row[i]);
     };
     const V half = V(0.5) * length;
-    multiply_by_transpose(late.curvature, row, slope[0]);
-    set_argument(half, slope[0]);
-    multiply_by_transpose(middle.curvature, argument, slope[1]);
-    set_argument(half, slope[1]);
-    multiply_by_transpose(middle.curvature, argument, slope[2]);
-    set_argument(length, slope[2]);
-    multiply_by_transpose(early.curvature, argument, slope[3]);
+    multiply_by_transpose(late.hessian, row, rate[0]);
+    set_argument(half, rate[0]);
+    multiply_by_transpose(middle.hessian, argument, rate[1]);
+    set_argument(half, rate[1]);
+    multiply_by_transpose(middle.hessian, argument, rate[2]);
+    set_argument(length, rate[2]);
+    multiply_by_transpose(early.hessian, argument, rate[3]);
     for (int i = 0; i < phase_size; ++i)
-        row[i] = fma(length * V(1 / 6.0), slope[0][i] + V(2.0) * (slope[1][i] + slope[2][i]) + slope[3][i], row[i]);
+        row[i] = fma(length * V(1 / 6.0), rate[0][i] + V(2.0) * (rate[1][i] + rate[2][i]) + rate[3][i], row[i]);
 }
 
 /// Transforms the adjoints across a surface where the gradient of K is discontinuous, by the transposed saltation
-/// matrix. It applies to lanes whose switching function changes sign between `before` and `after`. The jump of ∂K/∂q is
-/// assumed to be normal to the surface.
+/// matrix. The ray crosses the surface from `before` to `after`; the sweep crosses it in the opposite direction. Lanes
+/// whose switching function has the same sign on both sides are not changed. The jump of ∂K/∂q is assumed to be normal
+/// to the surface.
 template <class V>
 void cross_discontinuity(const FlowDerivatives<V>& before, const FlowDerivatives<V>& after, AdjointRows<V>& rows) {
-    const auto jump = [&](int k) { return after.slope[k] - before.slope[k]; };
+    const auto jump = [&](int k) { return after.gradient[k] - before.gradient[k]; };
     const MaskOf<V> crossed = before.switching * after.switching < V(0.0);
     const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
     const V inverse_product = recip(dot(force_jump, before.velocity()));
@@ -151,8 +153,8 @@ void cross_discontinuity(const FlowDerivatives<V>& before, const FlowDerivatives
     }
 }
 
-/// Returns a bound on the effect of one rounding of each component of x: Σ_k |row_k| · (unit in the first place of
-/// x_k), where |row_k| is the Euclidean norm over both rows.
+/// Returns a bound on the effect of one rounding error in each component of x: Σ_k |row_k| · (unit in the first place
+/// of x_k), where |row_k| is the Euclidean norm of (rows[0][k], rows[1][k]).
 template <class V>
 V rounding_effect(const AdjointRows<V>& rows, const V* x) {
     V sum(0.0);
@@ -161,26 +163,26 @@ V rounding_effect(const AdjointRows<V>& rows, const V* x) {
     return sum;
 }
 
-/// Returns a bound on the effect of the roundings in a step, except those of the state at its end. These roundings
-/// occur in the sums that update the state, in the states of the stages and in the derivatives. All terms are evaluated
-/// in the middle of the step.
+/// Returns a bound on the effect of the rounding errors in a step, except those in the state at its end. The bound
+/// includes the rounding errors in the sums that update the state, in the states of the stages, and in the derivatives.
+/// All terms are evaluated in the middle of the step; `middle` is the state there, and `flow` contains the derivatives.
 template <class V>
 V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow, const V& length,
                const RoundingCounts& counts, const AdjointRows<V>& rows) {
     PhaseGradient<V> rates;    // dq/dλ and −dp/dλ
-    AdjointRows<V> seeds;      // derivatives with respect to ∂K/∂(q, p), for the sum over all stages
-    AdjointRows<V> by_stages;  // derivatives with respect to the state of a stage, per unit of weighted length
-    const V weighted_length = V(counts.weight) * length;
+    AdjointRows<V> seeds;      // derivatives of the film coordinates with respect to ∂K/∂(q, p) in all stages together
+    AdjointRows<V> by_stages;  // derivatives with respect to the state of a stage, divided by weighted_length
+    const V weighted_length = V(counts.weight) * length;  // Σ|b|·length, with the weights b of the stages
     for (int r = 0; r < 2; ++r) {
-        multiply_by_transpose(flow.curvature, rows[r], by_stages[r]);
+        multiply_by_transpose(flow.hessian, rows[r], by_stages[r]);
         for (int k = 0; k < space_size; ++k) {
             seeds[r][k] = -(weighted_length * flow.inverse_rescaling * rows[r][momentum(k)]);
             seeds[r][momentum(k)] = weighted_length * flow.inverse_rescaling * rows[r][k];
         }
     }
     for (int k = 0; k < space_size; ++k) {
-        rates[k] = flow.slope[momentum(k)];
-        rates[momentum(k)] = flow.slope[k];
+        rates[k] = flow.gradient[momentum(k)];
+        rates[momentum(k)] = flow.gradient[k];
     }
     const V sums_effect = V(counts.sums + 1) * rounding_effect(rows, rates);
     return abs(weighted_length) * (sums_effect + rounding_effect(by_stages, middle.y)) +
@@ -189,14 +191,14 @@ V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const FlowD
 
 }  // namespace detail
 
-/// Starts the sweep at the ends of the rays. `s.state` must be set to the states there.
+/// Starts the sweep at the ends of the rays. `s.state` must contain the states at the ends.
 template <class V>
 void begin_sweep(const SweptSystem<V>& system, const EndSensitivity<V>& end, Sweep<V>& s) {
     using namespace detail;
     s.flow = flow_derivatives_at(system, s.state);
     const Vec3<V> velocity = s.flow.velocity();
     const V inverse_speed = rsqrt(dot(velocity, velocity));
-    AdjointRows<V> seeds;  // derivatives with respect to ∂K/∂(q, p)
+    AdjointRows<V> seeds;  // derivatives of the film coordinates with respect to ∂K/∂(q, p)
     for (int r = 0; r < 2; ++r) {
         const Vec3<V> transverse = retreat(
             end.by_direction[r], dot(end.by_direction[r], velocity) * inverse_speed * inverse_speed, velocity);
@@ -206,39 +208,40 @@ void begin_sweep(const SweptSystem<V>& system, const EndSensitivity<V>& end, Swe
         for (int i = 0; i < phase_size; ++i) {
             s.rows[r][i] = i < space_size ? by_position[i] : V(0.0);
             for (int k = 0; k < space_size; ++k)
-                s.rows[r][i] = fma(by_velocity[k], s.flow.curvature[hessian_index(momentum(k), i)], s.rows[r][i]);
+                s.rows[r][i] = fma(by_velocity[k], s.flow.hessian[hessian_index(momentum(k), i)], s.rows[r][i]);
             seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.flow.inverse_rescaling;
         }
     }
-    constexpr double refinement_roundings = 8;  // roundings of each component of the end state during refinement
+    constexpr double refinement_roundings = 8;  // rounding errors of each component of the end state in refinement
     s.bound = V(refinement_roundings) * rounding_effect(s.rows, s.state.y) + system.roundings(s.state, seeds);
-    // The end lies on the surface with the normal n. A displacement δq therefore changes λ of the end by −(n·δq)/(n·v),
-    // and the film coordinates by their derivatives along the ray times this change.
+    // The end lies on the surface with the normal n. A displacement δq of the ray changes λ of the end by
+    // −(n·δq)/(n·v), where v is the velocity. The film coordinates change by this change of λ times their derivatives
+    // along the ray.
     const V inverse_normal_velocity = recip(dot(end.normal, velocity));
     const V normal[space_size] = {end.normal.x, end.normal.y, end.normal.z};
     for (PhaseGradient<V>& row : s.rows) {
         V along_ray(0.0);
         for (int k = 0; k < space_size; ++k)
-            along_ray += row[k] * s.flow.slope[momentum(k)] - row[momentum(k)] * s.flow.slope[k];
+            along_ray += row[k] * s.flow.gradient[momentum(k)] - row[momentum(k)] * s.flow.gradient[k];
         for (int k = 0; k < space_size; ++k) row[k] -= along_ray * inverse_normal_velocity * normal[k];
     }
 }
 
-/// Moves the sweep from the end of a step to its start, the state `from`. `length` is the length of the step in λ.
-/// Lanes with the length 0 keep their adjoints and their bound.
+/// Moves the sweep from the end of a step, `s.state`, to its start, `step_start`. `length` is the length of the step in
+/// λ. In lanes with the length 0, the adjoints and the bound do not change.
 template <class V>
-void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& length, const RoundingCounts& counts,
+void sweep_step(const SweptSystem<V>& system, const State<V>& step_start, const V& length, const RoundingCounts& counts,
                 Sweep<V>& s) {
     using namespace detail;
     const bool discontinuous = system.kernel.discontinuous;
     FlowDerivatives<V> late = s.flow;
     if (discontinuous) {
-        late = flow_derivatives_at(system, between(s.state, from, discontinuity_offset));
+        late = flow_derivatives_at(system, between(s.state, step_start, discontinuity_offset));
         cross_discontinuity(late, s.flow, s.rows);
     }
     const FlowDerivatives<V> early =
-        flow_derivatives_at(system, discontinuous ? between(from, s.state, discontinuity_offset) : from);
-    const State<V> middle = middle_of(from, early, s.state, late, length);
+        flow_derivatives_at(system, discontinuous ? between(step_start, s.state, discontinuity_offset) : step_start);
+    const State<V> middle = middle_of(step_start, early, s.state, late, length);
     const FlowDerivatives<V> middle_flow = flow_derivatives_at(system, middle);
     const V state_effect = V(counts.state) * rounding_effect(s.rows, s.state.y);
     AdjointRows<V> mean_rows;
@@ -249,7 +252,7 @@ void sweep_step(const SweptSystem<V>& system, const State<V>& from, const V& len
     }
     const V step_effect = state_effect + roundings_of(system, middle, middle_flow, length, counts, mean_rows);
     s.bound = select(abs(length) > V(0.0), s.bound + step_effect, s.bound);
-    s.state = from;
+    s.state = step_start;
     s.flow = early;
 }
 

@@ -1,7 +1,7 @@
 /// Extraction of the straight-line program that computes given nodes of a tape, at compile time.
 ///
-/// `extract` removes the nodes that the outputs do not need, shares scaled factors, orders the factors of products,
-/// replaces products and sums by fused operations, and renumbers the remaining nodes.
+/// `extract` removes the nodes that the outputs do not need, rewrites products so that they share factors, orders the
+/// factors of products, replaces products and sums by fused operations, and renumbers the remaining nodes.
 #pragma once
 
 #include "kernels/autodiff/tape.h"
@@ -11,14 +11,15 @@
 
 namespace kagero {
 
-/// A straight-line program with at most `Size` nodes.
+/// A straight-line program with at most `Size` nodes. The values of its uniform nodes are in a table of uniforms, which
+/// `fill_uniforms` (program.h) writes once per job.
 template <int Size, int Outputs>
 struct Program {
     Node nodes[Size]{};  ///< In order of evaluation; operands are indices into this array.
-    int slot[Size]{};    ///< Index of a uniform node in the table of uniforms; −1 for other nodes and constants.
+    int slot[Size]{};    ///< Index of each uniform node in the table of uniforms; −1 for constants and other nodes.
     std::array<int, Outputs> outputs{};  ///< Indices of the output nodes.
     int size = 0;                        ///< Number of nodes.
-    int uniforms = 0;                    ///< Size of the table of uniforms.
+    int uniforms = 0;                    ///< Number of entries in the table of uniforms.
     bool complete = true;                ///< False if nodes are missing because a tape was full during extraction.
     /// Returns true if the program uses an input in [first, last).
     constexpr bool uses_any_input(int first, int last) const {
@@ -26,27 +27,27 @@ struct Program {
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
-    /// Returns true if the program has more than 4 sines and cosines, which are then called instead of inlined.
+    /// Returns true if sin and cos are called instead of inlined: if more than 4 of them are not uniform.
     constexpr bool calls_circular() const {
         int count = 0;
         for (int k = 0; k < size; ++k) count += !nodes[k].uniform && (nodes[k].op == Op::sin || nodes[k].op == Op::cos);
         return count > 4;
     }
-    /// Returns the number of nodes as a measure of code size. A library function that is evaluated per ray counts as 40
-    /// additional nodes.
+    /// Returns a measure of code size: the number of nodes, plus 40 for each node that is not uniform and has
+    /// `is_library` (operation_table.h).
     constexpr int length() const {
         int sum = size;
         for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && info_of(nodes[k].op).is_library ? 40 : 0;
         return sum;
     }
-    /// Returns one more than the greatest index of a parameter that the program uses.
+    /// Returns the number of parameters up to the last one that the program uses.
     constexpr int parameters() const {
         int count = 0;
         for (int k = 0; k < size; ++k)
             if (nodes[k].op == Op::parameter && nodes[k].a >= count) count = nodes[k].a + 1;
         return count;
     }
-    /// Returns true if output k is 0 for all inputs.
+    /// Returns true if output k is the constant 0.
     constexpr bool returns_zero(int k) const {
         const Node& n = nodes[outputs[k]];
         return n.op == Op::constant && n.value == 0;
@@ -59,6 +60,7 @@ struct Program {
 };
 
 /// The inputs [first, last), which vary between consecutive calls of a program while the other inputs stay the same.
+/// By default, all inputs vary.
 struct Varying {
     int first = 0, last = 1 << 30;
 };
@@ -76,7 +78,8 @@ constexpr Node renumbered(Node n, const int* new_index) {
     return n;
 }
 
-/// For each node of a tape, the number of nodes and outputs that use it. Nodes that no output needs do not count.
+/// For each node of a tape, the number of nodes and outputs that use it. Uses by nodes that no output needs are not
+/// counted.
 struct Uses {
     int count[Tape::capacity]{};
     template <std::size_t Outputs>
@@ -92,13 +95,13 @@ struct Uses {
     }
 };
 
-/// Rewrites products with a uniform factor u so that they share the product u d: u (d x) and u (d y) become (u d) x and
-/// (u d) y. Returns the new tape and updates `outputs`.
+/// Rewrites products with a uniform factor u so that several of them share the product u d: u (d x) and u (d y) become
+/// (u d) x and (u d) y. Returns the new tape and replaces the indices in `outputs` by those of the new tape.
 template <int Outputs>
 constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& outputs) {
     const Uses uses(t, outputs);
     // Returns true if node i is u·(d·x) with a uniform u, and d·x has no other use.
-    const auto scaled_product = [&](int i) {
+    const auto is_scaled_product = [&](int i) {
         const Node& n = t.nodes[i];
         return uses.count[i] > 0 && n.op == Op::mul && !n.uniform && t.uniform(n.a) && t.nodes[n.b].op == Op::mul &&
                uses.count[n.b] == 1;
@@ -106,9 +109,9 @@ constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& out
     int products[Tape::capacity]{};
     int count = 0;
     for (int i = 0; i < t.size; ++i)
-        if (scaled_product(i)) products[count++] = i;
+        if (is_scaled_product(i)) products[count++] = i;
     // Returns the number of products that would share u·d.
-    const auto shared_by = [&](int u, int d) {
+    const auto count_sharing = [&](int u, int d) {
         int sharing = 0;
         for (int k = 0; k < count; ++k) {
             const Node& n = t.nodes[products[k]];
@@ -121,11 +124,12 @@ constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& out
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
         if (uses.count[i] == 0 && n.op != Op::input) continue;
-        if (scaled_product(i)) {
+        if (is_scaled_product(i)) {
             const Node& product = t.nodes[n.b];
-            const int with_a = shared_by(n.a, product.a), with_b = shared_by(n.a, product.b);
-            if (with_a > 1 || with_b > 1) {
-                const int d = with_a >= with_b ? product.a : product.b, x = with_a >= with_b ? product.b : product.a;
+            const int sharing_a = count_sharing(n.a, product.a), sharing_b = count_sharing(n.a, product.b);
+            if (sharing_a > 1 || sharing_b > 1) {
+                const int d = sharing_a >= sharing_b ? product.a : product.b;
+                const int x = sharing_a >= sharing_b ? product.b : product.a;
                 const int factor = shared.append({Op::mul, new_index[n.a], new_index[d], -1, 0, false});
                 new_index[i] = shared.append({Op::mul, factor, new_index[x], -1, 0, false});
                 continue;
@@ -139,12 +143,12 @@ constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& out
 
 /// Reorders the factors of products. Factors that do not depend on the varying inputs come first, so that their product
 /// is computed once for many calls. The other factors are sorted by the length of their dependency chains, so that the
-/// chain of the product is short. Returns the new tape and updates `outputs`.
+/// chain of the product is short. Returns the new tape and replaces the indices in `outputs`.
 template <int Outputs>
 constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
     const Uses uses(t, outputs);
-    // Length of the dependency chain from the varying inputs; −1 for nodes that do not depend on them. Reciprocals and
-    // reciprocal square roots count as 6 operations.
+    // For each node, the length of the longest dependency chain from a varying input; −1 if there is none. Reciprocals
+    // and reciprocal square roots count as 6 operations, all others as 1.
     int depth[Tape::capacity]{};
     bool is_inner[Tape::capacity]{};  // true for a product whose only use is as a factor of another product
     for (int i = 0; i < t.size; ++i) {
@@ -168,7 +172,7 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
         if ((uses.count[i] == 0 && n.op != Op::input) || is_inner[i]) continue;
         if (n.op == Op::mul && depth[i] >= 0) {
             int count = 0;
-            const auto gather = [&](auto&& self, int k) -> void {
+            const auto gather_factors = [&](auto&& self, int k) -> void {
                 if (is_inner[k]) {
                     self(self, t.nodes[k].a);
                     self(self, t.nodes[k].b);
@@ -176,12 +180,12 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
                     factors[count++] = k;
                 }
             };
-            gather(gather, n.a);
-            gather(gather, n.b);
-            const auto earlier = [&](int a, int b) {
+            gather_factors(gather_factors, n.a);
+            gather_factors(gather_factors, n.b);
+            const auto precedes = [&](int a, int b) {
                 return t.uniform(a) != t.uniform(b) ? t.uniform(a) : depth[a] != depth[b] ? depth[a] < depth[b] : a < b;
             };
-            std::sort(factors, factors + count, earlier);
+            std::sort(factors, factors + count, precedes);
             int product = new_index[factors[0]];
             for (int f = 1; f < count; ++f) {
                 const int factor = new_index[factors[f]];
@@ -197,35 +201,36 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
     return ordered;
 }
 
-/// Replaces a·b ± c by a fused operation wherever the product has no other use.
+/// Replaces a·b + c, a·b − c and c − a·b by fused operations wherever the product has no other use.
 constexpr void fuse(Tape& t, const Uses& uses) {
     for (int i = 0; i < t.size; ++i) {
         Node& n = t.nodes[i];
         if (n.uniform || uses.count[i] == 0 || (n.op != Op::add && n.op != Op::sub)) continue;
-        const auto lone_product = [&](int k) {
+        // Returns true if node k is a product without another use.
+        const auto is_single_use_product = [&](int k) {
             return t.nodes[k].op == Op::mul && !t.uniform(k) && uses.count[k] == 1;
         };
-        if (lone_product(n.b)) {
+        if (is_single_use_product(n.b)) {
             const Node product = t.nodes[n.b];
             n = {n.op == Op::add ? Op::fma : Op::fnma, product.a, product.b, n.a, 0, false};
-        } else if (lone_product(n.a)) {
+        } else if (is_single_use_product(n.a)) {
             const Node product = t.nodes[n.a];
             n = {n.op == Op::add ? Op::fma : Op::fms, product.a, product.b, n.b, 0, false};
         }
     }
 }
 
-/// Returns the program that computes the nodes `outputs`. Its arrays have the capacity of a tape.
+/// Returns the program that computes the nodes `outputs`. Its arrays have `Tape::capacity` elements, more than needed.
 template <int Outputs>
-constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std::array<int, Outputs> outputs,
+constexpr Program<Tape::capacity, Outputs> extract_untrimmed(const Tape& recorded, std::array<int, Outputs> outputs,
                                                        Varying varying = {}) {
     Tape t = share_scaled_factors<Outputs>(recorded, outputs);
-    const bool scaled = !t.full;
+    const bool sharing_complete = !t.full;
     t = order_products<Outputs>(t, outputs, varying);
     fuse(t, Uses(t, outputs));
     const Uses uses(t, outputs);
     Program<Tape::capacity, Outputs> p;
-    p.complete = scaled && !t.full;
+    p.complete = sharing_complete && !t.full;
     int new_index[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         if (uses.count[i] == 0) continue;
@@ -240,19 +245,21 @@ constexpr Program<Tape::capacity, Outputs> extract_all(const Tape& recorded, std
 
 }  // namespace detail
 
-/// Returns the program that computes the nodes `outputs` of `recording.tape`, with arrays of the required size. If
-/// consecutive calls change only the `varying` inputs, the compiler can move the other operations out of the loop.
+/// Returns the program that computes the nodes `outputs` of `recording.tape`, with arrays of the required size. A loop
+/// may call the program and change only the `varying` inputs. The compiler can then move the operations that do not
+/// depend on these inputs out of the loop.
 template <const auto& recording, auto outputs, Varying varying = Varying{}>
 consteval auto extract() {
-    constexpr auto all = detail::extract_all<static_cast<int>(outputs.size())>(recording.tape, outputs, varying);
-    Program<all.size, static_cast<int>(outputs.size())> p;
-    for (int i = 0; i < all.size; ++i) {
-        p.nodes[i] = all.nodes[i];
-        p.slot[i] = all.slot[i];
+    constexpr auto untrimmed =
+        detail::extract_untrimmed<static_cast<int>(outputs.size())>(recording.tape, outputs, varying);
+    Program<untrimmed.size, static_cast<int>(outputs.size())> p;
+    for (int i = 0; i < untrimmed.size; ++i) {
+        p.nodes[i] = untrimmed.nodes[i];
+        p.slot[i] = untrimmed.slot[i];
     }
-    p.outputs = all.outputs;
-    p.size = all.size;
-    p.uniforms = all.uniforms;
+    p.outputs = untrimmed.outputs;
+    p.size = untrimmed.size;
+    p.uniforms = untrimmed.uniforms;
     return p;
 }
 

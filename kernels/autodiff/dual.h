@@ -1,11 +1,11 @@
-/// Forward-mode automatic differentiation with dual numbers, a value and N directional derivatives (as `autodiff` in
-/// Satoh 2003, but for any number type).
+/// Forward-mode automatic differentiation with dual numbers: a value and its derivatives with respect to N variables
+/// (the type `autodiff` of Satoh 2003, but for any number type).
 ///
 /// Dual numbers nest: `Dual<Dual<double, N>, N>` has second derivatives. They are used where derivatives are needed
 /// only once per ray or per scene, and in tests of the tape.
 #pragma once
 
-#include "kernels/simd/lanes.h"  // first: operation_table.h calls its functions of scalars
+#include "kernels/simd/lanes.h"  // must come before operation.h, which calls its functions
 
 #include "kernels/operation.h"
 
@@ -22,14 +22,14 @@ struct Dual {
     constexpr Dual() = default;
     constexpr Dual(double x) : value(x) {}
     constexpr explicit Dual(const T& x) requires(!std::is_same_v<T, double>) : value(x) {}
-    /// Returns variable k with the value x: its derivative with respect to variable k is 1, the others are 0.
+    /// Returns the variable with index k and the value x. Its derivative with respect to itself is 1; the others are 0.
     static constexpr Dual variable(const T& x, int k) {
         Dual d;
         d.value = x;
         d.derivative[k] = T(1.0);
         return d;
     }
-    /// Returns f(a), where `f` is the value of the function at a, and `slope` is its derivative.
+    /// Returns g(a) for a function g, by the chain rule. `f` is g(a.value), and `slope` is g'(a.value).
     static constexpr Dual chain(const T& f, const T& slope, const Dual& a) {
         Dual d;
         d.value = f;
@@ -84,30 +84,32 @@ struct Dual {
     }
 
 private:
-    /// Applies a function of operation_table.h.
+    /// Returns F(a) for a function F of operation_table.h.
     template <class F>
     static constexpr Dual function_of(const Dual& a) {
         if constexpr (requires { F::recorded(a); }) return F::recorded(a);
         else if constexpr (F::is_abbreviation) return F::value(a);
         else return chained<F>(F::value(a.value), a);
     }
+    /// Returns F(a, b) for a function F of operation_table.h.
     template <class F>
     static constexpr Dual function_of(const Dual& a, const Dual& b) {
         if constexpr (F::is_abbreviation) return F::value(a, b);
-        else if constexpr (requires { F::first(a, b); }) return select(F::first(primal(a), primal(b)), a, b);
+        else if constexpr (requires { F::selects_a(a, b); }) return select(F::selects_a(primal(a), primal(b)), a, b);
         else if constexpr (requires { F::derivative_a(a, b, a); }) {
             const T y = F::value(a.value, b.value);
             return combine(y, F::derivative_a(a.value, b.value, y), a, F::derivative_b(a.value, b.value, y), b);
         } else {
-            Dual d;  // piecewise constant: the derivative is 0
+            Dual d;  // F is piecewise constant, so that its derivative is 0
             d.value = F::value(a.value, b.value);
             return d;
         }
     }
-    /// Returns f(a) by the chain rule, where y is the value of the function F at a.
+    /// Returns F(a) by the chain rule, where y is F(a.value).
     template <class F>
     static constexpr Dual chained(const T& y, const Dual& a) { return chain(y, F::derivative(a.value, y), a); }
-    /// Returns f(a, b) by the chain rule, from the value f and the partial derivatives `da` and `db`.
+    /// Returns g(a, b) for a function g, by the chain rule. f is the value of g; `da` and `db` are its partial
+    /// derivatives with respect to a and b.
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
         Dual d;
         d.value = f;
@@ -116,7 +118,8 @@ private:
     }
 };
 
-/// Returns the value of a dual number without derivatives; of nested dual numbers, the innermost value.
+/// Returns the value of a dual number without its derivatives. If dual numbers are nested, this is the innermost value.
+/// Other numbers are returned unchanged.
 template <class T>
 constexpr const T& primal(const T& x) { return x; }
 template <class T, int N>

@@ -1,7 +1,7 @@
 /// Reverse-mode differentiation of a node of a tape. The derivatives are recorded onto the same tape.
 ///
-/// The adjoint of node i is ∂output/∂(node i). The sweep visits the nodes from last to first. It adds the contribution
-/// adjoint(i)·∂(node i)/∂(operand) to the adjoint of each operand of node i.
+/// The adjoint of node i is ∂output/∂(node i). The nodes are visited from last to first. When node i is visited, the
+/// contribution adjoint(i)·∂(node i)/∂(operand) is added to the adjoint of each of its operands.
 #pragma once
 
 #include "kernels/autodiff/recorded.h"
@@ -12,18 +12,18 @@ namespace kagero {
 
 namespace detail {
 
-/// Implements `propagate_adjoint` for functions of the operation table. Functions without a derivative, such as
-/// `at_least`, contribute nothing. The contribution to operand a is added before the derivative by b is recorded,
-/// because the order of these calls determines the order of the nodes.
+/// Implements `propagate_adjoint` for nodes whose operation is in KAGERO_FUNCTIONS (operation_table.h). Functions
+/// without a derivative, such as `at_least`, contribute nothing. The order of the calls below must not be changed,
+/// because it determines the order of the recorded nodes.
 template <Op op, class Accumulate>
 constexpr void propagate_through_function(Tape& t, int i, int d, const Accumulate& accumulate) {
     using F = Operation<op>;
     const int node_a = t.nodes[i].a, node_b = t.nodes[i].b;
     const Recorded a(&t, node_a), b(&t, node_b), y(&t, i), adjoint(&t, d);
-    if constexpr (requires { F::first(a, b); }) {
-        const Recorded first = F::first(a, b);
-        accumulate(node_a, (adjoint * first).node);
-        accumulate(node_b, (adjoint * (1.0 - first)).node);
+    if constexpr (requires { F::selects_a(a, b); }) {
+        const Recorded a_selected = F::selects_a(a, b);  // 1 if node i equals a, 0 if it equals b
+        accumulate(node_a, (adjoint * a_selected).node);
+        accumulate(node_b, (adjoint * (1.0 - a_selected)).node);
     } else if constexpr (requires { F::adjoint(adjoint, a, y); }) {
         accumulate(node_a, F::adjoint(adjoint, a, y).node);
     } else if constexpr (requires { F::adjoint_a(adjoint, a, b, y); }) {
@@ -54,10 +54,10 @@ constexpr void propagate_adjoint(Tape& t, int i, int d, const Accumulate& accumu
             accumulate(n.b, t.neg(d));
             break;
         case Op::mul:
-            if (const int root = t.reciprocal_root_of(i); root >= 0) {
-                // The node is √s = s·(1/√s). Its derivative is recorded as ½·(1/√s); the product rule would give a
-                // difference of two terms.
-                accumulate(t.nodes[root].a, t.mul(t.constant(0.5), t.mul(d, root)));
+            if (const int reciprocal_root = t.reciprocal_root_of(i); reciprocal_root >= 0) {
+                // Node i is √s, recorded as s·(1/√s). Its derivative is recorded as ½·(1/√s); the product rule would
+                // give a difference of two terms.
+                accumulate(t.nodes[reciprocal_root].a, t.mul(t.constant(0.5), t.mul(d, reciprocal_root)));
             } else if (n.a == n.b) {
                 accumulate(n.a, t.mul(t.mul(t.constant(2), d), n.a));
             } else {
@@ -70,7 +70,7 @@ constexpr void propagate_adjoint(Tape& t, int i, int d, const Accumulate& accumu
     case Op::OP: detail::propagate_through_function<Op::OP>(t, i, d, accumulate); break;
         KAGERO_FUNCTIONS(KAGERO_OPERATION)
 #undef KAGERO_OPERATION
-        default: break;  // leaves have no operands, and tapes contain no fused operations
+        default: break;  // leaves, which have no operands; tapes contain no fused operations
     }
 }
 
@@ -79,7 +79,7 @@ constexpr void propagate_adjoint(Tape& t, int i, int d, const Accumulate& accumu
 template <int N>
 constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& leaves, std::array<int, N>& gradient) {
     bool depends_on_leaves[Tape::capacity]{};
-    int adjoint[Tape::capacity]{};  // node of the adjoint of each node; −1 if there is no contribution yet
+    int adjoint[Tape::capacity]{};  // for each node, the node of its adjoint; −1 if it has no contribution yet
     for (int i = 0; i <= output; ++i) {
         const Node& n = t.nodes[i];
         if (n.op == Op::input || n.op == Op::parameter) {
@@ -103,8 +103,8 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& le
     }
 }
 
-/// Returns the node of g·h. If h is a sum that contains a term with the factor 1/g, g is multiplied into each term of
-/// the sum, so that g·(1/g) cancels.
+/// Records the product of the nodes g and h and returns its node. If h is a sum, and one of its terms has the factor
+/// 1/g, each term of the sum is multiplied by g, so that g·(1/g) cancels.
 constexpr int multiply_through(Tape& t, int g, int h) {
     const int reciprocal = t.recip(g);
     // Returns true if node i has the factor 1/g.
@@ -126,7 +126,7 @@ constexpr int multiply_through(Tape& t, int g, int h) {
         case Op::add: return t.add(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
         case Op::sub: return t.sub(multiply_through(t, g, n.a), multiply_through(t, g, n.b));
         case Op::neg: return t.neg(multiply_through(t, g, n.a));
-        default: break;  // a product
+        default: break;  // h is a product
     }
     return has_factor(has_factor, n.a) ? t.mul(multiply_through(t, g, n.a), n.b)
                                        : t.mul(n.a, multiply_through(t, g, n.b));

@@ -1,11 +1,11 @@
-/// Numbers of floating-point operations of programs. They are lower bounds, from `flops` in operation_table.h.
+/// Numbers of floating-point operations of programs: sums of `flops` in operation_table.h, which are lower bounds.
 #pragma once
 
 #include "kernels/autodiff/program.h"
 
 namespace kagero {
 
-/// Returns the number of floating-point operations of one operation of the table.
+/// Returns the number of floating-point operations of one operation of operation_table.h.
 constexpr double operations_of(Op op) { return info_of(op).flops; }
 
 /// Returns the number of floating-point operations of one evaluation of a program. Uniform nodes are not counted,
@@ -18,13 +18,14 @@ constexpr double operations_of(const Program<Size, Outputs>& program) {
     return sum;
 }
 
-/// Numbers of floating-point operations of the programs of a Hamiltonian K, per evaluation.
+/// Numbers of floating-point operations per evaluation of the programs that are extracted from the tape of a space.
 struct ProgramOperations {
     double derivatives;      ///< ∂K/∂q and ∂K/∂p
     double force;            ///< ∂K/∂q
     double velocity;         ///< ∂K/∂p
     double event_functions;  ///< the functions of struct EventFunctions
-    double slope = 0;        ///< ∂V/∂u of the orbit potential V(u); 0 if H has no orbit potential
+    /// ∂V/∂u, where V(u) is the potential of the motion in the orbit plane and u = 1/r; 0 if H declares no V.
+    double potential_slope = 0;
 };
 
 }  // namespace kagero

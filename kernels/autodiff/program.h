@@ -1,5 +1,5 @@
 /// Evaluation of straight-line programs. `run` is unrolled over the nodes of a program by an index sequence. All
-/// operands are compile-time indices, so that the compiler generates the same code as for a written expression.
+/// operands are compile-time indices, so that the compiler generates the same code as for a C++ expression.
 #pragma once
 
 #include "kernels/autodiff/arrange.h"
@@ -11,17 +11,18 @@ namespace kagero {
 
 namespace detail {
 
-/// Returns F(a, b, c) for a struct F of operation_table.h, with as many operands as F has.
+/// Returns the result of the operation F, a struct of operation_table.h, for its first 1, 2 or 3 operands a, b, c.
 template <class F, class V>
 KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& b, [[maybe_unused]] const V& c) {
     if constexpr (F::operands == 1) return F::value(a);
     else if constexpr (F::operands == 2) return F::value(a, b);
     else return F::value(a, b, c);
 }
+/// The same as `value_at` for functions of one or two operands, but never inlined.
 template <class F, class V>
 __attribute__((noinline)) V value_by_call(const V& a, const V& b) { return value_at<F>(a, b, b); }
 
-/// Applies one operation to any number type. If `call` is set, library functions are called instead of inlined.
+/// Returns op(a, b, c). If `call` is true, functions with `is_library` (operation_table.h) are called, not inlined.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     using F = Operation<op>;
@@ -29,8 +30,8 @@ KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     else return value_at<F>(a, b, c);
 }
 
-/// Applies one operation whose operands may be 0, infinite or NaN, as in uniforms and in formulas whose exponentials
-/// overflow.
+/// Returns op(a, b, c) for operands that may be 0, infinite or NaN. Such operands occur in uniform nodes, and in
+/// formulas whose exponentials overflow.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     using F = Operation<op>;
@@ -39,12 +40,13 @@ KAGERO_INLINE V apply_total(const V& a, const V& b, const V& c) {
     else return apply<op, call, V>(a, b, c);
 }
 
-/// Returns op(a, b, c). Abbreviations (see operation_table.h) are not supported, because programs contain none.
+/// Returns op(a, b, c) for an operation that is not a compile-time constant. Abbreviations (see operation_table.h) are
+/// not supported, because programs contain none.
 template <class V>
-V applied(Op op, const V& a, const V& b, const V& c) {
-    const auto result = [&]<Op of>() __attribute__((always_inline)) -> V {
-        if constexpr (Operation<of>::is_abbreviation) return a;
-        else return apply_total<of, false, V>(a, b, c);
+V apply_at_run_time(Op op, const V& a, const V& b, const V& c) {
+    const auto result = [&]<Op static_op>() __attribute__((always_inline)) -> V {
+        if constexpr (Operation<static_op>::is_abbreviation) return a;
+        else return apply_total<static_op, false, V>(a, b, c);
     };
     switch (op) {
 #define KAGERO_OPERATION(OP, OPERATION) \
@@ -62,9 +64,9 @@ constexpr bool calls(Op op) {
     return calls_circular && (op == Op::sin || op == Op::cos);
 }
 
-/// Evaluates node i of a program from the values of earlier nodes. Index, operands and slot of the node are function
-/// arguments, which become constants after inlining. A template instance for every node would increase the time to
-/// compile long programs by a third.
+/// Evaluates node i of a program and stores its value in s[i]. s contains the values of the earlier nodes. The index,
+/// operands and slot of the node are function arguments, which become constants after inlining. If they were template
+/// arguments, long programs would take a third longer to compile.
 template <Op op, bool uniform, bool call, class V, class S>
 KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
     if constexpr (op == Op::input) s[i] = inputs[n.a];
@@ -73,6 +75,7 @@ KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* unifo
     else s[i] = apply<op, call, V>(s[n.a], s[n.b < 0 ? n.a : n.b], s[n.c < 0 ? n.a : n.c]);
 }
 
+/// Implements `run`. I are the indices of all nodes, and O those of all outputs.
 template <const auto& P, class V, class S, int... I, int... O>
 KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs, std::integer_sequence<int, I...>,
                        std::integer_sequence<int, O...>) {
@@ -92,9 +95,9 @@ KAGERO_INLINE void run(const S* uniforms, const V* inputs, V* outputs) {
                    std::make_integer_sequence<int, static_cast<int>(P.outputs.size())>{});
 }
 
-inline double value_of(Op op, double a, double b) { return detail::applied(op, a, b, b); }
+inline double value_of(Op op, double a, double b) { return detail::apply_at_run_time(op, a, b, b); }
 
-/// Evaluates the nodes of a program that depend only on parameters, and writes the table of uniforms.
+/// Evaluates the uniform nodes of a program. Writes the value of each node i with slot[i] ≥ 0 to uniforms[slot[i]].
 template <class S>
 void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parameters, S* uniforms) {
     S value[Tape::capacity];
@@ -105,12 +108,13 @@ void fill_uniforms(const Node* nodes, const int* slot, int size, const S* parame
         switch (n.op) {
             case Op::constant: value[i] = S(n.value); break;
             case Op::parameter: value[i] = parameters[n.a]; break;
-            default: value[i] = detail::applied(n.op, a, b, b); break;
+            default: value[i] = detail::apply_at_run_time(n.op, a, b, b); break;
         }
         if (slot[i] >= 0) uniforms[slot[i]] = value[i];
     }
 }
 
-extern template void fill_uniforms<double>(const Node*, const int*, int, const double*, double*);  // in module.cpp
+// Instantiated in module.cpp.
+extern template void fill_uniforms<double>(const Node*, const int*, int, const double*, double*);
 
 }  // namespace kagero

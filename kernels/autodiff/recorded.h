@@ -5,16 +5,16 @@
 
 namespace kagero {
 
-/// A number that records each operation on a tape: a node of a tape, or a constant that is not yet on one.
+/// A number that records each operation on a tape. It is a node of a tape, or a constant that is on no tape yet.
 struct Recorded {
     Tape* tape = nullptr;
     int node = -1;
-    double value = 0;  ///< Value of a constant without a tape.
+    double value = 0;  ///< Value of a constant that is on no tape.
 
     constexpr Recorded() = default;
     constexpr Recorded(double x) : value(x) {}
     constexpr Recorded(Tape* t, int n) : tape(t), node(n) {}
-    /// Returns the node. A constant that has no tape is recorded on t first.
+    /// Returns the node of this number. A constant that is on no tape is recorded on t first.
     constexpr int node_on(Tape& t) const { return tape ? node : t.constant(value); }
 };
 
@@ -34,12 +34,12 @@ constexpr Recorded operator-(const Recorded& a) {
     if (!a.tape) return -a.value;
     return {a.tape, a.tape->neg(a.node)};
 }
-/// Records 1 if a ≥ b, else 0.
+/// Records the operation `at_least`, whose value is 1 if a ≥ b, else 0.
 constexpr Recorded operator>=(const Recorded& a, const Recorded& b);
 
 namespace detail {
 
-/// Records a function of operation_table.h, or computes its value if no operand has a tape.
+/// Records a function of operation_table.h, or computes its value if no operand is on a tape.
 template <Op op, class... A>
 constexpr Recorded recorded_function(const A&... a) {
     using F = Operation<op>;
@@ -54,6 +54,7 @@ constexpr Recorded recorded_function(const A&... a) {
         return {t, t->function(op, node[0], sizeof...(A) > 1 ? node[sizeof...(A) - 1] : -1)};
     }
 }
+/// True if the types A are operands of `op`: their number is right, and at least one is `Recorded`.
 template <Op op, class... A>
 concept RecordedOperands = sizeof...(A) == Operation<op>::operands && (std::is_same_v<A, Recorded> || ...) &&
                            (std::is_convertible_v<A, Recorded> && ...);
@@ -73,13 +74,13 @@ constexpr Recorded operator>=(const Recorded& a, const Recorded& b) { return at_
 /// operand.
 constexpr int record(Tape& t, Op op, int a, int b) {
     const Recorded x(&t, a), y(&t, b);
-    const auto arithmetic = [&]<Op of>() -> Recorded {
-        if constexpr (Operation<of>::operands == 1) return Operation<of>::value(x);
-        else return Operation<of>::value(x, y);
+    const auto arithmetic = [&]<Op static_op>() -> Recorded {
+        if constexpr (Operation<static_op>::operands == 1) return Operation<static_op>::value(x);
+        else return Operation<static_op>::value(x, y);
     };
-    const auto function = [&]<Op of>() -> Recorded {
-        if constexpr (Operation<of>::operands == 1) return detail::recorded_function<of>(x);
-        else return detail::recorded_function<of>(x, y);
+    const auto function = [&]<Op static_op>() -> Recorded {
+        if constexpr (Operation<static_op>::operands == 1) return detail::recorded_function<static_op>(x);
+        else return detail::recorded_function<static_op>(x, y);
     };
     switch (op) {
 #define KAGERO_OPERATION(OP, OPERATION) case Op::OP: return arithmetic.template operator()<Op::OP>().node;

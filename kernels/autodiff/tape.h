@@ -17,9 +17,10 @@ namespace kagero {
 /// A node of a tape.
 struct Node {
     Op op = Op::constant;
-    int a = -1, b = -1, c = -1;  ///< Indices of the operands; in leaves, a is the index of the parameter or input.
+    int a = -1, b = -1, c = -1;  ///< Indices of the operands; −1: absent. In leaves, a is the index of the parameter or
+                                 ///< input.
     double value = 0;            ///< Value of a constant.
-    bool uniform = true;
+    bool uniform = true;  ///< True if the node depends only on parameters and constants.
 };
 
 /// Returns op(a, b) at run time. It is defined in program.h.
@@ -38,8 +39,8 @@ public:
     constexpr int input(int i) { return append({Op::input, i, -1, -1, 0, false}); }
 
     constexpr int add(int a, int b) {
-        if (is(a, 0)) return b;
-        if (is(b, 0)) return a;
+        if (is_constant(a, 0)) return b;
+        if (is_constant(b, 0)) return a;
         if (both_constant(a, b)) return constant(nodes[a].value + nodes[b].value);
         if (a == b) return mul(constant(2), a);
         if (nodes[b].op == Op::neg) return sub(a, nodes[b].a);
@@ -47,29 +48,29 @@ public:
         return append_sorted(Op::add, a, b);
     }
     constexpr int sub(int a, int b) {
-        if (is(b, 0)) return a;
-        if (is(a, 0)) return neg(b);
+        if (is_constant(b, 0)) return a;
+        if (is_constant(a, 0)) return neg(b);
         if (a == b) return constant(0);
         if (both_constant(a, b)) return constant(nodes[a].value - nodes[b].value);
         if (nodes[b].op == Op::neg) return add(a, nodes[b].a);
         return append({Op::sub, a, b, -1, 0, uniform(a) && uniform(b)});
     }
     constexpr int mul(int a, int b) {
-        if (is(a, 0) || is(b, 0)) return constant(0);
-        if (is(a, 1)) return b;
-        if (is(b, 1)) return a;
-        if (is(a, -1)) return neg(b);
-        if (is(b, -1)) return neg(a);
+        if (is_constant(a, 0) || is_constant(b, 0)) return constant(0);
+        if (is_constant(a, 1)) return b;
+        if (is_constant(b, 1)) return a;
+        if (is_constant(a, -1)) return neg(b);
+        if (is_constant(b, -1)) return neg(a);
         if (both_constant(a, b)) return constant(nodes[a].value * nodes[b].value);
         if (nodes[a].op == Op::neg && !uniform(a)) return neg(mul(nodes[a].a, b));
         if (nodes[b].op == Op::neg && !uniform(b)) return neg(mul(a, nodes[b].a));
-        if (const int root = square_root_cancelled(a, b); root >= 0) return root;
+        if (const int product = product_of_roots(a, b); product >= 0) return product;
         // Uniform factors are moved outward and combined: u (v x) = (u v) x and (u x) y = u (x y).
         if (uniform(b) && !uniform(a)) return mul(b, a);
         if (const int inner = uniform_factor(b); inner >= 0 && uniform(a)) return mul(mul(a, inner), nodes[b].b);
         if (const int inner = uniform_factor(a); inner >= 0) return mul(inner, mul(nodes[a].b, b));
         if (const int inner = uniform_factor(b); inner >= 0) return mul(inner, mul(a, nodes[b].b));
-        // A sum whose terms have uniform factors absorbs another one: u (v x + w y) = (u v) x + (u w) y.
+        // If the terms of a sum have uniform factors, these absorb the factor u: u (v x + w y) = (u v) x + (u w) y.
         if (const Node s = nodes[b]; uniform(a) && (s.op == Op::add || s.op == Op::sub) && absorbs(s.a) && absorbs(s.b))
             return s.op == Op::add ? add(mul(a, s.a), mul(a, s.b)) : sub(mul(a, s.a), mul(a, s.b));
         return uniform(a) && !uniform(b) ? append({Op::mul, a, b, -1, 0, false}) : append_sorted(Op::mul, a, b);
@@ -84,7 +85,7 @@ public:
     constexpr int recip(int a) {
         if (nodes[a].op == Op::constant) return constant(1 / nodes[a].value);
         if (nodes[a].op == Op::recip) return nodes[a].a;
-        if (const int root = reciprocal_root_of(a); root >= 0) return root;
+        if (const int rsqrt = reciprocal_root_of(a); rsqrt >= 0) return rsqrt;
         if (const int inner = uniform_factor(a); inner >= 0) return mul(recip(inner), recip(nodes[a].b));
         return unary(Op::recip, a);
     }
@@ -97,14 +98,14 @@ public:
         if (op == Op::sqrt) return sqrt(a);
         return b < 0 ? unary(op, a) : binary(op, a, b);
     }
-    /// Records a function of one operand. At run time a function of a constant is evaluated. At compile time it is not,
-    /// because the functions of the standard library are not constexpr.
+    /// Records a function of one operand. A function of a constant is evaluated if the tape is recorded at run time. At
+    /// compile time it is not evaluated, because the functions of the standard library are not constexpr.
     constexpr int unary(Op op, int a) {
         if (!std::is_constant_evaluated() && nodes[a].op == Op::constant)
             return constant(value_of(op, nodes[a].value, 0));
         return append({op, a, -1, -1, 0, uniform(a)});
     }
-    /// Records a function of two operands, with the same evaluation at run time except for `at_least`.
+    /// Records a function of two operands. At run time, a function of constants is evaluated, except for `at_least`.
     constexpr int binary(Op op, int a, int b) {
         if (!std::is_constant_evaluated() && op != Op::at_least && both_constant(a, b))
             return constant(value_of(op, nodes[a].value, nodes[b].value));
@@ -124,10 +125,11 @@ public:
     constexpr int append(const Node& n) {
         int& last = n.a < 0 ? last_constant_ : last_user_[n.a];
         for (int i = last - 1; i >= 0; i = earlier_[i] - 1) {
-            const Node& o = nodes[i];
-            if (o.op == n.op && o.b == n.b && o.c == n.c && o.value == n.value) return i;
+            const Node& present = nodes[i];
+            if (present.op == n.op && present.b == n.b && present.c == n.c && present.value == n.value) return i;
         }
-        // At compile time an index beyond the array is an error. At run time the formula of a scene may be too long.
+        // At run time the tape of a scene's formula may become too long. At compile time the access below the check
+        // would be a compilation error.
         if (size == capacity && !std::is_constant_evaluated()) return full = true, 0;
         nodes[size] = n;
         earlier_[size] = last;
@@ -135,12 +137,13 @@ public:
     }
 
 private:
-    // Nodes with the same value of Node::a form a linked list, the last node first. Constants form a list of their own.
-    // Indices are stored plus 1; 0 ends a list.
+    // Nodes with the same value of Node::a form a linked list, the last node first: last_user_[a] is the first element,
+    // and earlier_[i] follows element i. Constants form a list of their own. Indices are stored plus 1; 0 ends a list.
     int last_user_[capacity]{}, earlier_[capacity]{};
     int last_constant_ = 0;
 
-    constexpr bool is(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
+    /// Returns true if node i is the constant x.
+    constexpr bool is_constant(int i, double x) const { return nodes[i].op == Op::constant && nodes[i].value == x; }
     constexpr bool both_constant(int a, int b) const {
         return nodes[a].op == Op::constant && nodes[b].op == Op::constant;
     }
@@ -151,12 +154,12 @@ private:
     }
     /// Returns true if node i can be multiplied by a uniform factor without an additional operation per ray.
     constexpr bool absorbs(int i) const { return uniform(i) || uniform_factor(i) >= 0; }
-    /// Simplifies √s·√s = s and √s·(1/√s) = 1. Returns −1 if a·b is neither of them.
-    constexpr int square_root_cancelled(int a, int b) {
-        const int root = reciprocal_root_of(a);
-        if (a == b && root >= 0) return nodes[root].a;
-        if (root >= 0 && b == root) return constant(1);
-        if (const int other = reciprocal_root_of(b); other >= 0 && a == other) return constant(1);
+    /// Returns the node of a·b if it is √s·√s = s or √s·(1/√s) = 1; else −1.
+    constexpr int product_of_roots(int a, int b) {
+        const int rsqrt_a = reciprocal_root_of(a);
+        if (a == b && rsqrt_a >= 0) return nodes[rsqrt_a].a;
+        if (rsqrt_a >= 0 && b == rsqrt_a) return constant(1);
+        if (const int rsqrt_b = reciprocal_root_of(b); rsqrt_b >= 0 && a == rsqrt_b) return constant(1);
         return -1;
     }
     /// Records a commutative operation with its operands in ascending order.

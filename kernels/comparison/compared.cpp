@@ -6,12 +6,12 @@ namespace kagero {
 
 namespace {
 
-/// Returns the kernel of a Hamiltonian, given by its index; nullptr if it is not a compared Hamiltonian.
+/// Returns the kernel of the Hamiltonian with the given index, or nullptr if it is not a compared Hamiltonian.
 template <class Vectorization>
 const SpaceKernel<typename Vectorization::Value>* find_kernel(std::uint32_t hamiltonian, bool rescaled) {
     using Kernel = SpaceKernel<typename Vectorization::Value>;
-    using Lookup = const Kernel* (*)(bool);
-    static constexpr Lookup kernels[] = {
+    using GetKernel = const Kernel* (*)(bool);
+    static constexpr GetKernel kernels[] = {
 #define KAGERO_HAMILTONIAN(TYPE)                                                                  \
     []([[maybe_unused]] bool with_rescaling) -> const Kernel* {                                   \
         if constexpr (is_compared<hamiltonians::TYPE>)                                            \
@@ -20,7 +20,7 @@ const SpaceKernel<typename Vectorization::Value>* find_kernel(std::uint32_t hami
     },
 #include "hamiltonians.inc"
 #undef KAGERO_HAMILTONIAN
-        [](bool) -> const Kernel* { return nullptr; },  // `formula`
+        [](bool) -> const Kernel* { return nullptr; },  // the Hamiltonian `formula` is not compared
     };
     return kernels[hamiltonian](rescaled);
 }

@@ -1,8 +1,8 @@
 /// Vectorizations that exist only for comparison with the default kernels: one ray per vector, packets of other widths,
 /// and scalar code that the compiler vectorizes.
 ///
-/// A vectorization is a struct that selects how lanes are used. It names the value type of the tracing loop, the
-/// strategy and form that `kagero list strategies` shows, and the number of registers per variable. Its kernels are
+/// A vectorization is a struct that defines how lanes are used. It contains the value type of the tracing loop, the
+/// strategy and its form as in `kagero list strategies`, and the number of registers per variable. Its kernels are
 /// compiled only for the Hamiltonians in `compared_hamiltonians` (kernels/CMakeLists.txt), here called compared
 /// Hamiltonians.
 #pragma once
@@ -40,23 +40,24 @@ template <class S, int count>
 struct PacketOfRegisters {
     using Value = Lanes<S, count>;
     static constexpr Strategy strategy = Strategy::packet;
-    static constexpr Form form = Form::none;
+    static constexpr Form form = Form::none;  // the packet strategy without a gang
     static constexpr int registers = count;
 };
-/// Packets have 1, 2 or 4 registers per variable. One of these numbers is the default (packets.h). `Narrower` has the
-/// smaller and `Wider` the larger of the two other numbers.
+/// Packets have 1, 2 or 4 registers per variable. One of these numbers is the default (packets.h), and the two others
+/// are its alternatives.
 template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
-using Narrower = PacketOfRegisters<S, default_registers == 1 ? 2 : 1>;
+using SmallerAlternative = PacketOfRegisters<S, default_registers == 1 ? 2 : 1>;
 template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
-using Wider = PacketOfRegisters<S, default_registers == 4 ? 2 : 4>;
-using NarrowerDouble = Narrower<PacketDouble>;
-using WiderDouble = Wider<PacketDouble>;
-using NarrowerFloat = Narrower<PacketFloat>;
-using WiderFloat = Wider<PacketFloat>;
+using LargerAlternative = PacketOfRegisters<S, default_registers == 4 ? 2 : 4>;
+using SmallerAlternativeDouble = SmallerAlternative<PacketDouble>;
+using LargerAlternativeDouble = LargerAlternative<PacketDouble>;
+using SmallerAlternativeFloat = SmallerAlternative<PacketFloat>;
+using LargerAlternativeFloat = LargerAlternative<PacketFloat>;
 
 /// Expands X(vectorization) for every vectorization, in the order in which `kagero list strategies` shows them.
-#define KAGERO_VECTORIZATIONS(X) \
-    X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(NarrowerDouble) X(WiderDouble) X(NarrowerFloat) X(WiderFloat)
+#define KAGERO_VECTORIZATIONS(X)                                                                               \
+    X(PerRayStages) X(PerRayGradient) X(AutoVectorized) X(SmallerAlternativeDouble) X(LargerAlternativeDouble) \
+    X(SmallerAlternativeFloat) X(LargerAlternativeFloat)
 
 /// True if H is a compared Hamiltonian.
 template <class H>
@@ -67,8 +68,8 @@ inline constexpr bool is_compared = false;
 #include "compared.inc"
 #undef KAGERO_HAMILTONIAN
 
-/// Returns the kernel of a compared Hamiltonian, with or without time rescaling. It is defined in compared_kernel.h and
-/// instantiated in files that kernels/CMakeLists.txt generates from compared_space.cpp.in.
+/// Returns the kernel of a compared Hamiltonian, with or without time rescaling. This function is defined in
+/// compared_kernel.h and instantiated in files that kernels/CMakeLists.txt generates from compared_space.cpp.in.
 template <class Vectorization, class H>
 const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled);
 
@@ -76,13 +77,14 @@ const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled)
 template <class Vectorization>
 void trace_compared(const Job*, const Tile*, RayEnd*, Counters*);
 /// Returns nullptr if the kernel of this vectorization supports the space and the method, else the reason why not.
-/// Implements KernelInfo::refusal.
+/// `integrator` is the index of the method. `straight` is true if all rays of the space are straight, so that no method
+/// is needed. Implements KernelInfo::refusal.
 template <class Vectorization>
 const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
 
-/// Returns the entry of a vectorization in the module's list of kernels.
+/// Returns the entry of a vectorization in the list Module::kernels.
 template <class Vectorization>
-constexpr KernelInfo compared_kernel_of() {
+constexpr KernelInfo compared_kernel_info() {
     using V = typename Vectorization::Value;
     constexpr Precision precision = sizeof(ScalarOf<V>) == sizeof(double) ? Precision::float64 : Precision::float32;
     return {Vectorization::strategy,  precision,

@@ -18,10 +18,11 @@ struct AutoVectorizedSystem : System<H, Rescaled, S> {
 };
 
 /// Returns a kernel with the steppers that `selection` selects. `selection.operator()<kind>()` returns the stepper for
-/// a kind as `Selected<Stepper>`, or `Selected<void>` if the kind is not supported. `reason` is then the refusal.
+/// a kind as `Selected<Stepper>`, or `Selected<void>` if the kind is not supported. `reason` is the refusal for kinds
+/// that are not supported.
 template <class System, class V, class Selection>
 constexpr SpaceKernel<V> kernel_of_selection(const Selection& selection, const char* reason) {
-    SpaceKernel<V> kernel = kernel_without_steps<System, V>();
+    SpaceKernel<V> kernel = kernel_for_straight_rays<System, V>();
     const auto fill = [&]<int k>() {
         using Stepper = typename decltype(selection.template operator()<static_cast<StepperKind>(k)>())::type;
         if constexpr (std::is_void_v<Stepper>) {
@@ -45,12 +46,12 @@ struct SteppersForStages {
     template <StepperKind kind>
     constexpr auto operator()() const {
         if constexpr (kind == StepperKind::gauss) return Selected<StagesInLanes<0>>{};
-        else if constexpr (kind == StepperKind::gauss_of_4) return Selected<StagesInLanes<4>>{};
+        else if constexpr (kind == StepperKind::gauss_4_stages) return Selected<StagesInLanes<4>>{};
         else return Selected<void>{};
     }
 };
-/// Selects the steppers for H without time rescaling if H declares a rescaling. This is only the orbit stepper, which
-/// does not use the rescaling; the kernels for comparison have all other steppers only for the rescaled H.
+/// The selection for a kernel without time rescaling if H declares a rescaling. Only the orbit stepper is selected,
+/// which never uses the rescaling. All other steppers are compiled only for the kernel with time rescaling.
 struct SteppersWithoutRescaling {
     template <StepperKind kind>
     constexpr auto operator()() const {
@@ -58,8 +59,8 @@ struct SteppersWithoutRescaling {
         else return Selected<void>{};
     }
 };
-/// Selects the steppers that may be the cheapest. The printed recipe and the exact splitting never are, and the orbit
-/// stepper is selected by `SteppersWithoutRescaling`.
+/// Selects the steppers that may be the cheapest. The recipe as printed and the exact splitting are never the cheapest.
+/// The orbit stepper is selected by `SteppersWithoutRescaling`.
 struct CompetitiveSteppers {
     template <StepperKind kind>
     constexpr auto operator()() const {
@@ -79,14 +80,14 @@ constexpr auto make_compared_kernel() {
         return kernel_of_selection<System<H, Rescaled, S>, V>(
             SteppersForStages{}, "only Gauss-Legendre methods have stages to put in the lanes");
     else {
-        using OwnSystem = std::conditional_t<Vectorization::form == Form::auto_vectorized,
-                                             AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
+        using SystemType = std::conditional_t<Vectorization::form == Form::auto_vectorized,
+                                              AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
         if constexpr (Rescaled == Rescalable<H>)
-            return kernel_of_selection<OwnSystem, V>(CompetitiveSteppers{},
+            return kernel_of_selection<SystemType, V>(CompetitiveSteppers{},
                                                       "this kernel is not compiled for this method");
         else
-            return kernel_of_selection<OwnSystem, V>(SteppersWithoutRescaling{},
-                                                 "for this space, this kernel is compiled only with time rescaling");
+            return kernel_of_selection<SystemType, V>(
+                SteppersWithoutRescaling{}, "for this space, this kernel is compiled only with time rescaling");
     }
 }
 
@@ -94,12 +95,12 @@ constexpr auto make_compared_kernel() {
 
 template <class Vectorization, class H>
 const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled) {
-    static constexpr auto plain = detail::make_compared_kernel<Vectorization, H, false>();
+    static constexpr auto without_rescaling = detail::make_compared_kernel<Vectorization, H, false>();
     if constexpr (Rescalable<H>) {
         static constexpr auto with_rescaling = detail::make_compared_kernel<Vectorization, H, true>();
         if (rescaled) return with_rescaling;
     }
-    return plain;
+    return without_rescaling;
 }
 
 }  // namespace kagero

@@ -1,8 +1,9 @@
 /// Forward-mode differentiation for one ray, with the components of the gradient in the lanes (Satoh 2003, Fig. 8a).
-/// Each node of a program has a value and a tangent: a vector of its derivatives with respect to the varying inputs.
+/// Each node of a program has a value and a tangent: a vector of its derivatives with respect to some of the inputs,
+/// called the varying inputs.
 ///
-/// It is applied to the same simplified program of H as reverse-mode differentiation. Which nodes depend on the varying
-/// inputs is determined at compile time, so that the tangents of all other nodes cost nothing.
+/// Forward-mode and reverse-mode differentiation are applied to the same simplified program of H. The set of nodes that
+/// depend on the varying inputs is computed at compile time, so that the tangents of all other nodes cost nothing.
 #pragma once
 
 #include "kernels/autodiff/program.h"
@@ -10,7 +11,7 @@
 namespace kagero {
 namespace detail {
 
-/// Number of registers for n numbers of type S: 1, 2 or 4.
+/// Number of registers of a vector of n numbers of type S: 1, 2 or 4.
 template <class S, int n>
 inline constexpr int registers_for = n <= Lanes<S, 1>::width ? 1 : n <= 2 * Lanes<S, 1>::width ? 2 : 4;
 
@@ -22,7 +23,8 @@ using Packed = Lanes<S, detail::registers_for<S, n>>;
 
 namespace detail {
 
-/// Entry i is true if node i depends on an input in [first, last), other than through a step function (`at_least`).
+/// Entry i is true if node i has a tangent: if it depends on an input in [first, last). Dependence through the step
+/// function `at_least` is ignored, because its derivative is taken as 0.
 template <const auto& P, int first, int last>
 inline constexpr auto varying_nodes = [] {
     std::array<bool, std::size(P.nodes)> varies{};
@@ -35,8 +37,8 @@ inline constexpr auto varying_nodes = [] {
     return varies;
 }();
 
-/// Returns the tangent of input k: 1 in lane k, 0 in all other lanes. It is not read from a constant table, because
-/// g++ 12 may replace 64 bytes of such a table by zeros.
+/// Returns the tangent of varying input k: 1 in lane k, 0 in all other lanes. The tangent is not read from a constant
+/// table, because g++ 12 may replace 64 bytes of such a table by zeros.
 template <class L, int k>
 KAGERO_INLINE L unit_tangent() {
     using S = ScalarOf<L>;
@@ -48,7 +50,8 @@ KAGERO_INLINE L unit_tangent() {
     return l;
 }
 
-/// Returns da·ta + db·tb. A and B are true if operand a, or b, varies; the term of a constant operand is omitted.
+/// Returns da·ta + db·tb, the tangent of an operation with the partial derivatives da and db, whose operands have the
+/// tangents ta and tb. A and B are true if operand a, or b, has a tangent; the term of an operand without is omitted.
 template <bool A, bool B, class S, class L>
 KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
     if constexpr (A && B) return fma(L(db), tb, L(da) * ta);
@@ -57,7 +60,7 @@ KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
 }
 
 /// Returns the tangent of a node with the value f, whose operands have the values a and b and the tangents ta, tb and
-/// tc. A, B and C are true for operands that vary; at least one does.
+/// tc. A, B and C are true if operand a, b, or c has a tangent. At least one of them is true.
 template <Op op, bool A, bool B, bool C, class S, class L>
 KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
     if constexpr (op == Op::add) {
@@ -82,9 +85,9 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
         if constexpr (!A && !B) return -tc;
         else if constexpr (!C) return combined<A, B>(b, ta, a, tb);
         else return combined<A, B>(b, ta, a, tb) - tc;
-    } else if constexpr (requires { Operation<op>::first(a, b); }) {
-        const bool first = Operation<op>::first(a, b);
-        return combined<A, B>(S(first), ta, S(!first), tb);
+    } else if constexpr (requires { Operation<op>::selects_a(a, b); }) {
+        const bool selects_a = Operation<op>::selects_a(a, b);
+        return combined<A, B>(S(selects_a), ta, S(!selects_a), tb);
     } else if constexpr (Operation<op>::operands == 2) {
         return combined<A, B>(Operation<op>::derivative_a(a, b, f), ta, Operation<op>::derivative_b(a, b, f), tb);
     } else {
@@ -92,7 +95,7 @@ KAGERO_INLINE L tangent(S f, S a, const L& ta, S b, const L& tb, const L& tc) {
     }
 }
 
-/// Evaluates the value and the tangent of node I.
+/// Computes the value s[I] and the tangent t[I] of node I.
 template <const auto& P, int I, int first, int last, class S, class L>
 KAGERO_INLINE void evaluate_with_tangent(S* s, L* t, const S* uniforms, const S* inputs) {
     constexpr Node n = P.nodes[I];
@@ -107,6 +110,7 @@ KAGERO_INLINE void evaluate_with_tangent(S* s, L* t, const S* uniforms, const S*
     }
 }
 
+/// Implements `run_forward`. I are the indices of all nodes, and O those of all outputs.
 template <const auto& P, int first, int last, class S, class L, int... I, int... O>
 KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, L* tangents, std::integer_sequence<int, I...>,
                                std::integer_sequence<int, O...>) {
@@ -123,8 +127,8 @@ KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, L* tangents, 
 
 }  // namespace detail
 
-/// Computes the derivatives of every output of program P with respect to inputs first … last − 1. Lane k of tangents[o]
-/// is ∂output o/∂input (first + k).
+/// Computes the derivatives of every output of program P with respect to the inputs [first, last). Lane k of
+/// tangents[o] is ∂(output o)/∂(input first + k).
 template <const auto& P, int first, int last, class S>
 KAGERO_INLINE void run_forward(const S* uniforms, const S* inputs, Packed<S, last - first>* tangents) {
     detail::run_forward<P, first, last>(uniforms, inputs, tangents, std::make_integer_sequence<int, P.size>{},

@@ -1,7 +1,7 @@
-/// Gauss–Legendre collocation of one ray with its stages in the lanes. This is the form `stages` of the strategy
-/// `per-ray` (as in IRKGL16-SIMD, arXiv 2511.03655). The stages of a step are independent evaluations of one program.
+/// Gauss–Legendre collocation of one ray with its stages in the lanes (as in IRKGL16-SIMD, arXiv 2511.03655). This is
+/// the form `stages` of the strategy `per-ray`. In an iteration, the stages are independent evaluations of one program.
 ///
-/// The iteration and the order of its operations are the same as in `Gauss`. Both therefore compute identical states.
+/// The iteration and the order of its operations are the same as in the stepper `Gauss`, so that the states are equal.
 #pragma once
 
 #include "kernels/comparison/forward.h"
@@ -9,8 +9,8 @@
 
 namespace kagero {
 
-/// Columns of the matrices `a` and `extrapolation` of a Gauss method (GaussNumbers). Lane i belongs to stage i; lanes
-/// without a stage repeat the last stage.
+/// The matrices `a` and `extrapolation` of a Gauss method (GaussNumbers), column by column. Element i of a column
+/// belongs to stage i; elements beyond the number of stages repeat the last stage.
 template <class S>
 struct StageColumns {
     alignas(64) S a[max_stages][max_stages], extrapolation[max_stages][max_stages];
@@ -18,7 +18,7 @@ struct StageColumns {
 
 namespace detail {
 
-/// Returns the columns for s stages.
+/// Returns the columns of the Gauss method with s stages.
 template <class S, int s>
 constexpr StageColumns<S> make_stage_columns() {
     StageColumns<S> columns{};
@@ -31,17 +31,17 @@ constexpr StageColumns<S> make_stage_columns() {
         }
     return columns;
 }
-/// The columns for 1 to 8 stages. They are not constexpr, because g++ 12 may replace 64 bytes of a constant table by
-/// zeros.
+/// The columns of the Gauss methods with 1 to 8 stages. They are not constexpr, because g++ 12 may replace 64 bytes of
+/// a constant table by zeros.
 template <class S>
 inline constinit StageColumns<S> stage_columns[] = {make_stage_columns<S, 1>(), make_stage_columns<S, 2>(),
                                                     make_stage_columns<S, 3>(), make_stage_columns<S, 4>(),
                                                     make_stage_columns<S, 5>(), make_stage_columns<S, 6>(),
                                                     make_stage_columns<S, 7>(), make_stage_columns<S, 8>()};
 
-/// Returns a vector that is loaded from aligned memory, register by register. If the vector were copied as a whole, g++
-/// would use smaller stores. A later load of a register would then stall, because several stores cannot be forwarded to
-/// one load.
+/// Loads a vector from aligned memory, register by register. If the vector were copied as a whole, g++ would use stores
+/// that are smaller than a register. A later load of a register would then stall, because several stores cannot be
+/// forwarded to one load.
 template <class L, class S>
 KAGERO_INLINE L load(const S* from) {
     L l;
@@ -56,8 +56,8 @@ KAGERO_INLINE void store(const L& l, S* to) {
         *reinterpret_cast<typename L::Register*>(to + r * L::width) = l.v[r];
 }
 
-/// Calls f(k) for each component k of a gradient. The loop is unrolled by hand, because g++ does not unroll it and
-/// would keep its values in memory.
+/// Calls f(k) for each component k of a gradient. The loop is unrolled by hand, because g++ would not unroll it and
+/// would keep the gradient in memory.
 template <class Function>
 KAGERO_INLINE void for_each_component(const Function& f) {
     f(component_x);
@@ -81,43 +81,43 @@ KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
 
 }  // namespace detail
 
-/// Stepper of Gauss methods with stages in the lanes. `fixed` is the number of stages; if it is 0, the number is read
-/// from the coefficients.
+/// Stepper of Gauss methods with stages in the lanes. `fixed` is the number of stages; if `fixed` is 0, the number is
+/// read from the coefficients.
 template <int fixed>
 struct StagesInLanes {
-    static constexpr bool stages_inside = true;
+    static constexpr bool stages_inside = true;  // no stage lies at an end of the step
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
 
     template <class System, class S, int N>
-    static void begin(const System& system, StepperState<S, N>& f, const Coefficients&) {
+    static void begin(const System& system, StepperState<S, N>& step, const Coefficients&) {
         PhaseGradient<S> g;
-        system.derivatives(f.start, g);
+        system.derivatives(step.start, g);
         for (int k = 0; k < phase_size; ++k)
-            for (int i = 0; i < max_stages; ++i) row(memory(f), k)[i] = g[k];
+            for (int i = 0; i < max_stages; ++i) row(stage_memory(step), k)[i] = g[k];
     }
 
     template <class System, class S, int N>
-    static void step(const System& system, StepperState<S, N>& f, const Coefficients& coefficients) {
+    static void step(const System& system, StepperState<S, N>& step, const Coefficients& coefficients) {
         constexpr int width = Lanes<S, 1>::width;
         if constexpr (fixed > 0 || width >= max_stages) {
-            step_in<detail::registers_for<S, fixed ? fixed : max_stages>>(system, f, coefficients);
+            step_with_registers<detail::registers_for<S, fixed ? fixed : max_stages>>(system, step, coefficients);
         } else {
             const int s = stages(coefficients);
-            if (s <= width) return step_in<1>(system, f, coefficients);
-            if (s <= 2 * width) return step_in<2>(system, f, coefficients);
-            if constexpr (2 * width < max_stages) step_in<4>(system, f, coefficients);
+            if (s <= width) return step_with_registers<1>(system, step, coefficients);
+            if (s <= 2 * width) return step_with_registers<2>(system, step, coefficients);
+            if constexpr (2 * width < max_stages) step_with_registers<4>(system, step, coefficients);
         }
     }
 
-    /// Returns the dense output of the step in `f`.
+    /// Returns the dense output of a step.
     template <class S, int N = default_carried>
-    static Curve<S> curve(const StepperState<S, N>& f, const Coefficients& coefficients) {
-        const S* g = memory(f);
+    static Curve<S> curve(const StepperState<S, N>& step, const Coefficients& coefficients) {
+        const S* g = stage_memory(step);
         const auto velocity = [g](int j) {
             return Vec3<S>{row(g, component_px)[j], row(g, component_py)[j], row(g, component_pz)[j]};
         };
-        return Curve<S>::collocation(f, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
+        return Curve<S>::collocation(step, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
     }
 
 private:
@@ -125,17 +125,17 @@ private:
     /// Returns StepperState::stage as an array of numbers: element max_stages·k + i is component k of the gradient at
     /// stage i.
     template <class AnyState>
-    KAGERO_INLINE static auto* memory(AnyState& f) {
-        static_assert(sizeof f.stage == sizeof f.h * phase_size * max_stages);
-        return &f.stage[0][0];
+    KAGERO_INLINE static auto* stage_memory(AnyState& step) {
+        static_assert(sizeof step.stage == sizeof step.h * phase_size * max_stages);
+        return &step.stage[0][0];
     }
 
-    /// Returns the array of component k of the gradient at all stages.
+    /// Returns component k of the gradient at all stages, as an array of `max_stages` numbers in g.
     template <class T>
     KAGERO_INLINE static T* row(T* g, int k) { return g + k * max_stages; }
 
-    /// Returns Σ_j columns[j]·g[j], whose lane i is the sum for stage i. g is an array in memory, so that one
-    /// instruction loads and broadcasts g[j].
+    /// Returns Σ_j columns[j]·g[j] over the s stages; lane i of the result belongs to stage i. g is an array in memory,
+    /// so that one instruction loads and broadcasts g[j].
     template <class L, class S>
     KAGERO_INLINE static L sum(const S* g, const S (&columns)[max_stages][max_stages], int s) {
         L total = detail::load<L>(columns[0]) * L(g[0]);
@@ -144,86 +144,87 @@ private:
     }
     /// Writes the states at all stages to y.
     template <class L, class S, int N>
-    KAGERO_INLINE static void stage_states(const StepperState<S, N>& f, const S* g, const StageColumns<S>& columns,
+    KAGERO_INLINE static void stage_states(const StepperState<S, N>& step, const S* g, const StageColumns<S>& columns,
                                            int s, State<L>& y) {
         detail::for_each_component([&](int k) __attribute__((always_inline)) {
-            if (k < space_size) y.y[k] = fma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
-            else y.y[k] = fnma(L(f.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(f.start.y[k]));
+            if (k < space_size) y.y[k] = fma(L(step.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(step.start.y[k]));
+            else y.y[k] = fnma(L(step.h), sum<L>(row(g, conjugate(k)), columns.a, s), L(step.start.y[k]));
         });
-        y.pt() = L(f.start.pt());
+        y.pt() = L(step.start.pt());
     }
 
-    /// Performs a step with R registers per variable.
+    /// Performs a step with R registers per vector of stages.
     template <int R, class System, class S, int N>
-    static void step_in(const System& system, StepperState<S, N>& f, const Coefficients& coefficients) {
+    static void step_with_registers(const System& system, StepperState<S, N>& step, const Coefficients& coefficients) {
         using L = Lanes<S, R>;
         const int s = stages(coefficients);
-        static_assert(lane_count<L> <= max_stages, "a register must not be longer than a row of stages");
+        static_assert(lane_count<L> <= max_stages, "a vector must not have more lanes than a row of `g` has elements");
         const StageColumns<S>& columns = detail::stage_columns<S>[s - 1];
         alignas(64) S g[phase_size * max_stages] = {};
-        PhaseGradient<L> now;
+        PhaseGradient<L> gradients;
         detail::for_each_component([&](int k) __attribute__((always_inline)) {
-            now[k] = sum<L>(row(memory(f), k), columns.extrapolation, s);
+            gradients[k] = sum<L>(row(stage_memory(step), k), columns.extrapolation, s);
         });
-        store_gradients(now, g);
-        Convergence<S> convergence(f);
+        store_gradients(gradients, g);
+        Convergence<S> convergence(step);
         S iterations(0);
         for (int iteration = 0; iteration < Convergence<S>::max_iterations && any(convergence.unconverged());
              ++iteration) {
             iterations += S(1);
-            ++f.issued_iterations;
+            ++step.issued_iterations;
             State<L> y;
-            stage_states(f, g, columns, s, y);
-            PhaseGradient<L> fresh;
+            stage_states(step, g, columns, s, y);
+            PhaseGradient<L> new_gradients;
             L change_q(S(0)), change_p(S(0));
-            system.derivatives(y, fresh);
+            system.derivatives(y, new_gradients);
             detail::for_each_component([&](int k) __attribute__((always_inline)) {
                 L& change = k < space_size ? change_p : change_q;
-                change = max(change, abs(fresh[k] - now[k]));
-                now[k] = fresh[k];
+                change = max(change, abs(new_gradients[k] - gradients[k]));
+                gradients[k] = new_gradients[k];
             });
-            store_gradients(now, g);
-            convergence.update(convergence.relative(abs(f.h) * detail::greatest_lane(change_q),
-                                                    abs(f.h) * detail::greatest_lane(change_p)));
+            store_gradients(gradients, g);
+            convergence.update(convergence.relative(abs(step.h) * detail::greatest_lane(change_q),
+                                                    abs(step.h) * detail::greatest_lane(change_p)));
         }
-        f.solved = !convergence.unconverged();
-        f.gradients = fma(iterations, S(s), f.gradients);
-        f.lane_iterations += iterations;
-        if (!f.solved)
-            SharedSolvers<S, N>::newton_stages(as_called<S>(system), f, coefficients.gauss->template numbers<S>(), s, g,
-                                               1, max_stages);
-        finish<L>(system, f, coefficients.gauss->template numbers<S>(), columns, s, g);
+        step.solved = !convergence.unconverged();
+        step.gradients = fma(iterations, S(s), step.gradients);
+        step.lane_iterations += iterations;
+        if (!step.solved)
+            SharedSolvers<S, N>::newton_stages(as_called<S>(system), step, coefficients.gauss->template numbers<S>(), s,
+                                               g, 1, max_stages);
+        finish<L>(system, step, coefficients.gauss->template numbers<S>(), columns, s, g);
     }
     /// Stores the gradients at all stages in the array g.
     template <class L, class S>
-    KAGERO_INLINE static void store_gradients(const PhaseGradient<L>& now, S* g) {
-        detail::for_each_component([&](int k) __attribute__((always_inline)) { detail::store(now[k], row(g, k)); });
+    KAGERO_INLINE static void store_gradients(const PhaseGradient<L>& gradients, S* g) {
+        detail::for_each_component(
+            [&](int k) __attribute__((always_inline)) { detail::store(gradients[k], row(g, k)); });
     }
 
     /// Computes the state and the carried quantities at the end of the step, as `Gauss::finish` does.
     template <class L, class System, class S, int N>
-    KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& f, const GaussNumbers<S>& w,
+    KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& step, const GaussNumbers<S>& w,
                                      const StageColumns<S>& columns, int s, const S* g) {
-        f.end.pt() = f.start.pt();
+        step.end.pt() = step.start.pt();
         for (int k = 0; k < phase_size; ++k) {
-            const S* from = row(g, conjugate(k));
-            S total = w.b[0] * from[0];
-            for (int j = 1; j < s; ++j) total = fma(w.b[j], from[j], total);
-            const S rounding_error = f.start.stepper_memory[k];
-            const S change = k < space_size ? fma(f.h, total, rounding_error) : fnma(f.h, total, rounding_error);
-            f.end.y[k] = f.start.y[k] + change;
-            f.end.stepper_memory[k] = change - (f.end.y[k] - f.start.y[k]);
+            const S* stage_gradients = row(g, conjugate(k));
+            S total = w.b[0] * stage_gradients[0];
+            for (int j = 1; j < s; ++j) total = fma(w.b[j], stage_gradients[j], total);
+            const S rounding_error = step.start.stepper_memory[k];
+            const S change = k < space_size ? fma(step.h, total, rounding_error) : fnma(step.h, total, rounding_error);
+            step.end.y[k] = step.start.y[k] + change;
+            step.end.stepper_memory[k] = change - (step.end.y[k] - step.start.y[k]);
         }
-        advance_parameter_only(f);
-        if (integrates_carried(system, f)) {
+        advance_parameter_only(step);
+        if (integrates_carried(system, step)) {
             State<L> y;
-            stage_states(f, g, columns, s, y);
+            stage_states(step, g, columns, s, y);
             auto carried = CarriedSums<S, N>::for_stages();
             carried.add_lanes(system, w.b, s, y);
-            carried.finish_stages(system, f);
+            carried.finish_stages(system, step);
         }
         detail::for_each_component([&](int k) __attribute__((always_inline)) {
-            std::memcpy(row(memory(f), k), row(g, k), max_stages * sizeof(S));
+            std::memcpy(row(stage_memory(step), k), row(g, k), max_stages * sizeof(S));
         });
     }
 };

@@ -1,6 +1,6 @@
-/// A system whose functions are called through pointers. Newton solvers and steppers for long programs use it. They are
-/// then compiled once per value type (integrators/shared.h), not once per Hamiltonian. Newton solvers run rarely, and
-/// long programs take much longer than a call.
+/// A system whose functions are called through pointers. Newton solvers and steppers for long programs use called
+/// systems, so that they are compiled once per value type (integrators/shared.h), not once per Hamiltonian. The cost of
+/// the calls is small: Newton solvers run rarely, and a long program takes much longer than a call.
 #pragma once
 
 #include "kernels/equations/system.h"
@@ -11,8 +11,8 @@ namespace kagero {
 template <class V>
 using Call = void (*)(const void* system, const State<V>& s, V* out);
 
-/// The functions of a system for one value type; null if no stepper uses them. The first three are used by Newton's
-/// method for half steps, the others by whole steps.
+/// The functions of a system for one value type; a pointer is null if no stepper uses the function. Newton's method for
+/// half steps uses the first three functions, and steppers use the others.
 template <class V>
 struct Calls {
     Call<V> force, velocity;        ///< ∂K/∂q and ∂K/∂p (3 numbers each).
@@ -29,7 +29,7 @@ struct RayCalls {
 };
 
 /// Returns true if steppers use the system as a called system: if its programs are long, or if its use of time
-/// rescaling differs from the default of its Hamiltonian.
+/// rescaling differs from the default of its Hamiltonian. A system without the member `called` is not one.
 template <class System>
 constexpr bool is_called() {
     if constexpr (requires { System::called; }) return System::called;
@@ -44,13 +44,13 @@ class CalledSystem {
 public:
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
     static constexpr int carried = N;
-    bool rescaled;
+    bool rescaled;  ///< K includes the time rescaling factor
 
     CalledSystem(const void* system, const Calls<V>& calls, const RayCalls<S>& ray, bool is_rescaled)
         : rescaled(is_rescaled), system_(system), calls_(calls), ray_(ray) {}
 
-    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return call_vector(calls_.force, s); }
-    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return call_vector(calls_.velocity, s); }
+    KAGERO_INLINE Vec3<V> gradient_q(const State<V>& s) const { return call_vector(calls_.force, s); }
+    KAGERO_INLINE Vec3<V> gradient_p(const State<V>& s) const { return call_vector(calls_.velocity, s); }
     KAGERO_INLINE void mixed(const State<V>& s, V* out) const { calls_.mixed(system_, s, out); }
     KAGERO_INLINE void derivatives(const State<V>& s, V* out) const { calls_.derivatives(system_, s, out); }
     KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
@@ -78,14 +78,14 @@ namespace detail {
 
 template <class System, class V>
 void call_force(const void* system, const State<V>& s, V* out) {
-    const Vec3<V> force = static_cast<const System*>(system)->dq(s);
+    const Vec3<V> force = static_cast<const System*>(system)->gradient_q(s);
     out[0] = force.x;
     out[1] = force.y;
     out[2] = force.z;
 }
 template <class System, class V>
 void call_velocity(const void* system, const State<V>& s, V* out) {
-    const Vec3<V> velocity = static_cast<const System*>(system)->dp(s);
+    const Vec3<V> velocity = static_cast<const System*>(system)->gradient_p(s);
     out[0] = velocity.x;
     out[1] = velocity.y;
     out[2] = velocity.z;
@@ -140,6 +140,7 @@ CalledSystem<V, carried_in<System>()> as_called(const System& system) {
     if constexpr (requires { system.rescaled; }) rescaled = system.rescaled;
     return {&system, detail::calls_of<System, V>, detail::ray_calls_of<System, ScalarOf<V>>, rescaled};
 }
+/// Returns a system that is already a called system.
 template <class V, int N>
 const CalledSystem<V, N>& as_called(const CalledSystem<V, N>& system) { return system; }
 

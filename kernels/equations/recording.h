@@ -1,6 +1,6 @@
 /// The tape of a Hamiltonian, recorded at compile time, and the straight-line programs that are extracted from it.
 ///
-/// The tape contains K, its gradient, and the event functions, which are evaluated at the end of every step. K is
+/// The tape contains K, the gradient of K, and the event functions, which are evaluated at the end of every step. K is
 /// H − H0, or Ω·(H − H0) with time rescaling.
 #pragma once
 
@@ -23,7 +23,7 @@ template <class H>
 concept Bounded = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
     H::domain(k, q);
 };
-/// H declares a region of capture.
+/// H declares a function that is ≤ 0 where rays are captured.
 template <class H>
 concept Capturing = requires(const typename H::template Parameters<double>& k, const Vec3<double>& q) {
     H::captured(k, q, q, q, 1.0);
@@ -70,7 +70,7 @@ constexpr auto make_parameters(const S* values) {
     }(std::make_index_sequence<H::parameters.size()>{});
 }
 
-/// Nodes of a tape that contain a ray state, the gradient of H by position and momentum, or a vector.
+/// Node numbers on a tape: of the inputs of H, of the gradient of K by position and momentum, and of a vector.
 using StateNodes = std::array<int, state_size>;
 using GradientNodes = std::array<int, phase_size>;
 using VectorNodes = std::array<int, space_size>;
@@ -85,18 +85,18 @@ constexpr Vec3<Recorded> recorded_second_three(Tape& t, const std::array<int, n>
     return {{&t, nodes[component_px]}, {&t, nodes[component_py]}, {&t, nodes[component_pz]}};
 }
 
-/// The leaves of a tape: the inputs x y z px py pz pt and the parameters. If `numbers` is given, the parameters are
-/// recorded as constants with these values.
+/// The leaves of a tape: the inputs x y z px py pz pt and the parameters. If `values` is not nullptr, the parameters
+/// are recorded as constants with these values.
 template <class H>
 struct Leaves {
     StateNodes input{};
     Recorded k[H::parameters.size() + 1];
     Vec3<Recorded> q, p;
 
-    constexpr explicit Leaves(Tape& t, const double* numbers = nullptr) {
+    constexpr explicit Leaves(Tape& t, const double* values = nullptr) {
         for (int i = 0; i < state_size; ++i) input[i] = t.input(i);
         for (int i = 0; i < static_cast<int>(H::parameters.size()); ++i)
-            k[i] = Recorded(&t, numbers ? t.constant(numbers[i]) : t.parameter(i));
+            k[i] = Recorded(&t, values ? t.constant(values[i]) : t.parameter(i));
         q = recorded_first_three(t, input);
         p = recorded_second_three(t, input);
     }
@@ -106,11 +106,11 @@ struct Leaves {
 
 /// Records H − H0 and returns its node.
 template <class H>
-constexpr int record_energy(Tape& t, const Leaves<H>& x) {
-    return t.sub(H::energy(x.parameters(), x.q, x.p, x.pt(t)).node_on(t), t.constant(H::level));
+constexpr int record_energy(Tape& t, const Leaves<H>& leaves) {
+    return t.sub(H::energy(leaves.parameters(), leaves.q, leaves.p, leaves.pt(t)).node_on(t), t.constant(H::level));
 }
 
-/// The leaves of a tape and the nodes of its Hamiltonian.
+/// The leaves of a tape, with the nodes of H − H0 and Ω.
 template <class H>
 struct Recording : Leaves<H> {
     int energy = -1;   ///< Node of H − H0.
@@ -137,8 +137,8 @@ constexpr int momentum_times_velocity(Tape& t, const StateNodes& input, const Gr
 enum EventFunctionIndex {
     index_velocity = 0,
     index_energy_residual = 3,
-    index_size,
-    index_terms,
+    index_energy_scale,
+    index_squared_energy_terms,
     index_domain,
     index_captured,
     index_switching,
@@ -146,36 +146,38 @@ enum EventFunctionIndex {
     event_function_count
 };
 
-/// Records the event functions and returns their nodes. Optional functions are the constant 1 until
-/// `record_declared_event_functions` replaces them.
+/// Records the event functions and returns their nodes. `hamiltonian` is the node of K, `rescaling` is that of Ω. The
+/// optional functions are the constant 1 until `record_declared_event_functions` replaces them.
 constexpr std::array<int, event_function_count> record_event_functions(Tape& t, const StateNodes& input,
                                                                        int hamiltonian, int rescaling, double level,
                                                                        const GradientNodes& gradient) {
-    const auto square = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
-    const auto size = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
-    const int kinetic = momentum_times_velocity(t, input, gradient), constant = t.mul(rescaling, t.constant(level)),
-              one = t.constant(1);
-    const int squares = t.mul(square(input[component_px], input[component_py], input[component_pz]),
-                              square(gradient[component_px], gradient[component_py], gradient[component_pz]));
+    const auto norm2 = [&t](int a, int b, int c) { return t.add(t.add(t.mul(a, a), t.mul(b, b)), t.mul(c, c)); };
+    const auto magnitude = [&t](int a) { return t.binary(Op::max, a, t.neg(a)); };
+    const int p_velocity = momentum_times_velocity(t, input, gradient),
+              rescaled_level = t.mul(rescaling, t.constant(level)), one = t.constant(1);
+    const int squares = t.mul(norm2(input[component_px], input[component_py], input[component_pz]),
+                              norm2(gradient[component_px], gradient[component_py], gradient[component_pz]));
     return {gradient[component_px], gradient[component_py], gradient[component_pz], hamiltonian,
-            t.add(size(kinetic), size(constant)), t.add(squares, t.mul(constant, constant)), one, one, one, one};
+            t.add(magnitude(p_velocity), magnitude(rescaled_level)),
+            t.add(squares, t.mul(rescaled_level, rescaled_level)), one, one, one, one};
 }
 
-/// Records the optional event functions that a Hamiltonian declares.
+/// Records the optional event functions that H declares. `gradient` contains the nodes of ∂K/∂(q, p).
 template <class H>
-constexpr void record_declared_event_functions(Tape& t, const Leaves<H>& x, const GradientNodes& gradient,
+constexpr void record_declared_event_functions(Tape& t, const Leaves<H>& leaves, const GradientNodes& gradient,
                                                std::array<int, event_function_count>& event_functions) {
     const Vec3<Recorded> velocity = recorded_second_three(t, gradient);
-    if constexpr (Bounded<H>) event_functions[index_domain] = H::domain(x.parameters(), x.q).node_on(t);
+    if constexpr (Bounded<H>) event_functions[index_domain] = H::domain(leaves.parameters(), leaves.q).node_on(t);
     if constexpr (Capturing<H>)
-        event_functions[index_captured] = H::captured(x.parameters(), x.q, x.p, velocity, x.pt(t)).node_on(t);
+        event_functions[index_captured] =
+            H::captured(leaves.parameters(), leaves.q, leaves.p, velocity, leaves.pt(t)).node_on(t);
     if constexpr (HasDiscontinuity<H>)
-        event_functions[index_switching] = H::switching_function(x.parameters(), x.q).node_on(t);
+        event_functions[index_switching] = H::switching_function(leaves.parameters(), leaves.q).node_on(t);
     if constexpr (BoundsSteps<H>)
-        event_functions[index_max_step_length] = H::max_step_length(x.parameters(), x.q).node_on(t);
+        event_functions[index_max_step_length] = H::max_step_length(leaves.parameters(), leaves.q).node_on(t);
 }
 
-/// Records the gradient of a Hamiltonian by x y z px py pz and returns its nodes.
+/// Records the gradient of K by x y z px py pz and returns its nodes. `hamiltonian` is the node of K.
 constexpr GradientNodes record_derivatives(Tape& t, int hamiltonian, const StateNodes& input) {
     GradientNodes leaves{}, gradient{};
     for (int i = 0; i < phase_size; ++i) leaves[i] = input[i];
@@ -183,30 +185,32 @@ constexpr GradientNodes record_derivatives(Tape& t, int hamiltonian, const State
     return gradient;
 }
 
-/// The inputs that vary while the implicit half steps of Satoh (2003), eq. (9), are solved.
+/// The inputs that vary while the implicit half steps of Satoh (2003), eq. (9), are solved: the momentum in a kick, and
+/// the position in a drift.
 inline constexpr Varying kick_varies{component_px, phase_size}, drift_varies{component_x, space_size};
 
-/// The tape from which all programs of a Hamiltonian are extracted. It is recorded at compile time.
+/// The tape from which all programs of a Hamiltonian are extracted, with the nodes of their outputs. It is recorded at
+/// compile time.
 template <class H, bool Rescaled>
 struct HamiltonianTape {
     Tape tape{};
     GradientNodes gradient{};                    ///< ∂K/∂(x y z px py pz).
-    std::array<int, 1> energy{};                 ///< H − H0; set only if not Rescaled.
+    std::array<int, 1> energy{};                 ///< H − H0; not set if `Rescaled` is true.
     std::array<int, 1> time_rescaling_factor{};  ///< Ω.
     std::array<int, event_function_count> event_functions{};
 
     constexpr HamiltonianTape() {
         Tape& t = tape;
-        const Recording<H> r(t);
-        const int k = r.hamiltonian(t, Rescaled);
-        gradient = record_derivatives(t, k, r.input);
-        time_rescaling_factor = {r.rescale};
-        event_functions =
-            record_event_functions(t, r.input, k, Rescaled ? r.rescale : t.constant(1), H::level, gradient);
-        if constexpr (!Rescaled) energy = {r.energy};
-        record_declared_event_functions<H>(t, r, gradient, event_functions);
+        const Recording<H> recording(t);
+        const int hamiltonian = recording.hamiltonian(t, Rescaled);
+        gradient = record_derivatives(t, hamiltonian, recording.input);
+        time_rescaling_factor = {recording.rescale};
+        const int rescaling = Rescaled ? recording.rescale : t.constant(1);
+        event_functions = record_event_functions(t, recording.input, hamiltonian, rescaling, H::level, gradient);
+        if constexpr (!Rescaled) energy = {recording.energy};
+        record_declared_event_functions<H>(t, recording, gradient, event_functions);
     }
-    /// Returns the nodes of ∂K/∂q if `first` is component_x, or of ∂K/∂p if it is component_px.
+    /// Returns the nodes of ∂K/∂q if `first` is component_x, or of ∂K/∂p if `first` is component_px.
     constexpr VectorNodes gradient_by(Component first) const {
         return {gradient[first], gradient[first + 1], gradient[first + 2]};
     }
@@ -233,8 +237,8 @@ template <class H, bool Rescaled>
 inline constexpr auto event_functions_program =
     extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.event_functions>();
 
-/// H_A or H_B of a Hamiltonian, as a Hamiltonian of its own.
-template <class H, bool second>
+/// The part H_A of a Hamiltonian, or H_B if `is_b` is true, as a Hamiltonian of its own.
+template <class H, bool is_b>
 struct Part {
     static constexpr const auto& parameters = H::parameters;
     static constexpr double level = 0;
@@ -242,16 +246,16 @@ struct Part {
     using Parameters = typename H::template Parameters<V>;
     template <class V>
     static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        if constexpr (second) return H::part_b(k, q, p, pt);
+        if constexpr (is_b) return H::part_b(k, q, p, pt);
         else return H::part_a(k, q, p, pt);
     }
 };
 
-/// True if Newton's method solves every implicit step, as in the recipe as printed (Satoh 2003). Otherwise it solves
+/// True if Newton's method solves every implicit step, as in the recipe as printed. Otherwise Newton's method solves
 /// only the steps for which fixed-point iteration does not converge.
 template <class H>
-inline constexpr bool stepped_by_newton = false;
-template <class H, bool second>
-inline constexpr bool stepped_by_newton<Part<H, second>> = true;
+inline constexpr bool solved_only_by_newton = false;
+template <class H, bool is_b>
+inline constexpr bool solved_only_by_newton<Part<H, is_b>> = true;
 
 }  // namespace kagero

@@ -2,13 +2,13 @@
 /// that are extracted from the tape of H.
 ///
 /// `System<H, Rescaled, S>` contains the parameters of a Hamiltonian as numbers of type S. It evaluates the programs of
-/// K on any value type whose lanes are S. K is H − H0, or with `Rescaled` Ω(q)·(H − H0). On H = H0 the rescaled K has
-/// the same rays, with another parameter τ, dλ = Ω dτ (Poincaré's time transformation; Hairer, Lubich & Wanner 2006,
-/// §VIII.2). Without rescaling τ is λ.
+/// K on any value type with lanes of type S. K is H − H0, or Ω(q)·(H − H0) if `Rescaled` is true. On H = H0 the
+/// rescaled K has the same rays with another parameter τ, where dλ = Ω dτ (Poincaré's time transformation; Hairer,
+/// Lubich & Wanner 2006, §VIII.2). Without rescaling, τ = λ.
 #pragma once
 
 #include "kernels/autodiff/dual.h"
-#include "kernels/autodiff/listing.h"
+#include "kernels/autodiff/interpreter.h"
 #include "kernels/autodiff/operations.h"
 #include "kernels/equations/recording.h"
 #include "kernels/equations/state.h"
@@ -20,8 +20,8 @@ template <class V>
 struct EventFunctions {
     Vec3<V> velocity;   ///< ∂K/∂p.
     V energy_residual;  ///< K, which is 0 on an exact ray.
-    V size;             ///< |p·∂K/∂p| + |Ω H0|, the denominator of the energy error.
-    V terms;            ///< |p|²|∂K/∂p|² + (Ω H0)², which is positive for every ray.
+    V energy_scale;     ///< |p·∂K/∂p| + |Ω H0|, the denominator of the energy error.
+    V squared_energy_terms;  ///< |p|²|∂K/∂p|² + (Ω H0)², a squared energy scale that is positive for every ray.
     V domain;           ///< ≤ 0 outside the domain of the medium.
     V captured;         ///< ≤ 0 where the ray is captured.
     V switching;        ///< Changes sign at a discontinuity of H or its derivatives.
@@ -33,8 +33,8 @@ template <class V>
 KAGERO_INLINE EventFunctions<V> event_functions_of(const V* out) {
     return {{out[index_velocity], out[index_velocity + 1], out[index_velocity + 2]},
             out[index_energy_residual],
-            out[index_size],
-            out[index_terms],
+            out[index_energy_scale],
+            out[index_squared_energy_terms],
             out[index_domain],
             out[index_captured],
             out[index_switching],
@@ -55,7 +55,7 @@ constexpr bool is_separable(const Force& force, const Velocity& velocity) {
     return is_momentum && !force.uses_any_input(component_px, component_pt);
 }
 
-/// The table of uniforms of a program, as numbers of type S. They are computed in double or a more precise S.
+/// The values of the uniform nodes of a program, rounded to S from double or a more precise type.
 template <const auto& P, class S>
 struct Uniforms {
     S values[P.uniforms + 1];
@@ -74,18 +74,18 @@ private:
 /// Returns the number of carried quantities of a system. A system that carries more than λ declares
 ///
 ///     static constexpr int carried = N;                                 // the number, including λ
-///     static constexpr bool carried_rates_need_p = B;                   // true if a rate depends on p
+///     static constexpr bool carried_rates_need_p = B;                   // B is true if a rate depends on p
 ///     template <class V> void carried_rates(const State<V>&, V* rates)  // d/dτ of all except λ
 template <class System>
 constexpr int carried_in() {
     if constexpr (requires { System::carried; }) return System::carried;
     else return 1;
 }
-/// Returns the reason why a stepper in closed form cannot support a system, or null if it can.
+/// Returns nullptr if the system carries only λ, else the reason why a stepper without rates cannot support it.
 template <class System>
 constexpr const char* refusal_to_carry() {
     if (carried_in<System>() == 1) return nullptr;
-    return "the method moves rays in closed form and cannot integrate carried quantities other than the ray parameter";
+    return "the method cannot integrate carried quantities other than the ray parameter";
 }
 
 /// The right-hand sides of Hamilton's equations, ∂K/∂q and ∂K/∂p, as separate programs for semi-implicit steps.
@@ -109,46 +109,55 @@ public:
         return Axes{is_cyclic(component_x), is_cyclic(component_y), is_cyclic(component_z)};
     }();
 
-    explicit RightHandSides(const double* parameters) : force_u_(parameters), velocity_u_(parameters) {}
+    explicit RightHandSides(const double* parameters) : force_uniforms_(parameters), velocity_uniforms_(parameters) {}
 
     /// Returns ∂K/∂q.
     template <class V>
-    KAGERO_INLINE Vec3<V> dq(const State<V>& s) const { return evaluate_vector<force_>(force_u_.values, s); }
+    KAGERO_INLINE Vec3<V> gradient_q(const State<V>& s) const {
+        return evaluate_vector<force_>(force_uniforms_.values, s);
+    }
     /// Returns ∂K/∂p = dq/dτ.
     template <class V>
-    KAGERO_INLINE Vec3<V> dp(const State<V>& s) const { return evaluate_vector<velocity_>(velocity_u_.values, s); }
-    /// Writes ∂²K/∂q_i∂p_j (9 numbers, row by row), by evaluation of the program of ∂K/∂q with dual numbers. The
-    /// derivatives by all momenta are computed at once if the program is short and every step needs them.
+    KAGERO_INLINE Vec3<V> gradient_p(const State<V>& s) const {
+        return evaluate_vector<velocity_>(velocity_uniforms_.values, s);
+    }
+    /// Writes ∂²K/∂q_i∂p_j (9 numbers, row by row). The program of ∂K/∂q is evaluated with dual numbers: once if it is
+    /// short and every step needs the derivatives, else once per component of p.
     template <class V>
     __attribute__((noinline)) void mixed(const State<V>& s, V* out) const {
-        constexpr int together = stepped_by_newton<H> && force_.length() <= longest_unrolled ? space_size : 1;
-        using Forward = Dual<V, together>;
-        for (int from = 0; from < space_size; from += together) {
-            Forward in[state_size], force[space_size];
-            for (int k = 0; k < state_size; ++k) in[k] = Forward(s.y[k]);
-            for (int k = 0; k < together; ++k) in[momentum(from + k)] = Forward::variable(s.y[momentum(from + k)], k);
-            run<force_>(force_u_.values, in, force);
+        constexpr bool all_at_once = solved_only_by_newton<H> && force_.length() <= max_inlined_length;
+        constexpr int per_evaluation = all_at_once ? space_size : 1;
+        using DualNumber = Dual<V, per_evaluation>;
+        for (int first = 0; first < space_size; first += per_evaluation) {
+            DualNumber in[state_size], force[space_size];
+            for (int k = 0; k < state_size; ++k) in[k] = DualNumber(s.y[k]);
+            for (int k = 0; k < per_evaluation; ++k)
+                in[momentum(first + k)] = DualNumber::variable(s.y[momentum(first + k)], k);
+            run<force_>(force_uniforms_.values, in, force);
             for (int i = 0; i < space_size; ++i)
-                for (int k = 0; k < together; ++k) out[space_size * i + from + k] = force[i].derivative[k];
+                for (int k = 0; k < per_evaluation; ++k) out[space_size * i + first + k] = force[i].derivative[k];
         }
     }
 
 protected:
-    static constexpr int longest_unrolled = 100;  ///< Greatest length of a program that is inlined in several steppers.
-    /// Evaluates a program. It is inlined, except long programs of a separable K, which several steppers use. Other
-    /// long programs are used only by the functions of called_system.h.
+    /// Greatest length of a program that is inlined in several steppers.
+    static constexpr int max_inlined_length = 100;
+    /// Evaluates a program. Its code is inlined, unless K is separable and the program is long: several steppers use
+    /// the programs of a separable K. Other long programs are used only by the functions of called_system.h.
     template <const auto& P, class V>
     KAGERO_INLINE static void evaluate(const S* uniforms, const V* inputs, V* outputs) {
-        if constexpr (separable && P.length() > longest_unrolled) run_called<P>(uniforms, inputs, outputs);
+        if constexpr (separable && P.length() > max_inlined_length) run_without_inlining<P>(uniforms, inputs, outputs);
         else run<P>(uniforms, inputs, outputs);
     }
     /// Writes ∂K/∂q to out[0], out[1] and out[2].
     template <class V>
-    KAGERO_INLINE void write_dq(const State<V>& s, V* out) const { evaluate<force_>(force_u_.values, s.y, out); }
+    KAGERO_INLINE void write_gradient_q(const State<V>& s, V* out) const {
+        evaluate<force_>(force_uniforms_.values, s.y, out);
+    }
 
 private:
     template <const auto& P, class V>
-    __attribute__((noinline)) static void run_called(const S* uniforms, const V* inputs, V* outputs) {
+    __attribute__((noinline)) static void run_without_inlining(const S* uniforms, const V* inputs, V* outputs) {
         run<P>(uniforms, inputs, outputs);
     }
     template <const auto& P, class V>
@@ -158,24 +167,24 @@ private:
         return {out[0], out[1], out[2]};
     }
 
-    Uniforms<force_program<H, Rescaled>, S> force_u_;
-    Uniforms<velocity_program<H, Rescaled>, S> velocity_u_;
+    Uniforms<force_program<H, Rescaled>, S> force_uniforms_;
+    Uniforms<velocity_program<H, Rescaled>, S> velocity_uniforms_;
 };
 
-/// The right-hand sides of the parts H_A and H_B, for the recipe as printed.
+/// The right-hand sides of the parts H_A and H_B, for the recipe as printed (kernels/recipe).
 template <class H, class S>
 struct PartSystems {
     RightHandSides<Part<H, false>, false, S> a;
     RightHandSides<Part<H, true>, false, S> b;
     explicit PartSystems(const double* parameters) : a(parameters), b(parameters) {}
 };
-/// Replaces `PartSystems` if there are no parts.
+/// Replaces `PartSystems` if H declares no parts, or with time rescaling.
 struct NoParts {
     explicit NoParts(const double*) {}
 };
 
-/// The motion in the orbit plane, ½ (du/dφ)² + V(u), as a Hamiltonian with u = q.x, du/dφ = p.x and 1/b² = p.y, so that
-/// the tape can differentiate V.
+/// The Hamiltonian ½ (du/dφ)² + V(u) of the motion in the orbit plane, with u = q.x, du/dφ = p.x and g = 1/b² = p.y. V
+/// is thereby differentiated like any Hamiltonian.
 template <class H>
 struct OrbitPlane {
     static constexpr const auto& parameters = H::parameters;
@@ -187,20 +196,19 @@ struct OrbitPlane {
         return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y);
     }
 };
-/// The potential V(u) of the motion in the orbit plane, where g = 1/b².
+/// Evaluates the potential V(u) of the motion in the orbit plane; g = 1/b², where b is the impact parameter.
 template <class H, class S>
 class OrbitSystem : public RightHandSides<OrbitPlane<H>, false, S> {
 public:
     explicit OrbitSystem(const double* parameters)
-        : RightHandSides<OrbitPlane<H>, false, S>(parameters), energy_u_(parameters) {}
+        : RightHandSides<OrbitPlane<H>, false, S>(parameters), energy_uniforms_(parameters) {}
     /// Returns ∂V/∂u.
     template <class V>
-    KAGERO_INLINE V slope(const V& u, const V& g) const { return this->dq(at_rest(u, g)).x; }
-    /// Returns V.
+    KAGERO_INLINE V slope(const V& u, const V& g) const { return this->gradient_q(at_rest(u, g)).x; }
     template <class V>
     KAGERO_INLINE V potential(const V& u, const V& g) const {
         V out[1];
-        run<energy_program<OrbitPlane<H>>>(energy_u_.values, at_rest(u, g).y, out);
+        run<energy_program<OrbitPlane<H>>>(energy_uniforms_.values, at_rest(u, g).y, out);
         return out[0];
     }
 
@@ -211,9 +219,9 @@ private:
         const V zero(S(0));
         return {{u, zero, zero, zero, g, zero, zero}};
     }
-    Uniforms<energy_program<OrbitPlane<H>>, S> energy_u_;
+    Uniforms<energy_program<OrbitPlane<H>>, S> energy_uniforms_;
 };
-/// Replaces `OrbitSystem` if there is no orbit plane.
+/// Replaces `OrbitSystem` if H declares no orbit potential, or with time rescaling.
 struct NoOrbit {
     explicit NoOrbit(const double*) {}
 };
@@ -229,23 +237,24 @@ class System : public RightHandSides<H, Rescaled, S> {
 public:
     using Hamiltonian = H;
     static constexpr bool rescaled = Rescaled;
-    /// True if steppers use this system as a called system (see is_called).
-    static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::longest_unrolled;
-    /// True for each of the optional event functions that H declares; the others are the constant 1.
+    /// True if steppers use this system as a called system (the reasons are stated at is_called).
+    static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::max_inlined_length;
+    /// True if H declares `domain`, `captured`, `switching_function` or `max_step_length`, respectively. The event
+    /// function is the constant 1 otherwise.
     static constexpr bool bounded = Bounded<H>, capturing = Capturing<H>, discontinuous = HasDiscontinuity<H>,
                           bounds_steps = BoundsSteps<H>;
 
     static constexpr ProgramOperations operations = [] {
         ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
                             operations_of(velocity_program<H, Rescaled>), operations_of(event_functions_)};
-        if constexpr (HasOrbitPlane<H>) o.slope = operations_of(force_program<OrbitPlane<H>, false>);
+        if constexpr (HasOrbitPlane<H>) o.potential_slope = operations_of(force_program<OrbitPlane<H>, false>);
         return o;
     }();
 
     explicit System(const double* parameters)
-        : Base(parameters), numbers_(parameters), parts_(parameters), orbit_(parameters), derivatives_u_(parameters),
-          energy_u_(parameters), rescale_u_(parameters), event_functions_u_(parameters) {}
-    /// Returns H0.
+        : Base(parameters), parameters_(parameters), parts_(parameters), orbit_(parameters),
+          derivatives_uniforms_(parameters), energy_uniforms_(parameters), rescale_uniforms_(parameters),
+          event_functions_uniforms_(parameters) {}
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
     const auto& part_b() const requires Parted<H> { return parts_.b; }
@@ -258,84 +267,84 @@ public:
             out[component_px] = s.y[component_px];
             out[component_py] = s.y[component_py];
             out[component_pz] = s.y[component_pz];
-            Base::write_dq(s, out);
+            Base::write_gradient_q(s, out);
         } else {
-            Base::template evaluate<derivatives_>(derivatives_u_.values, s.y, out);
+            Base::template evaluate<derivatives_>(derivatives_uniforms_.values, s.y, out);
         }
     }
     /// Writes ∂²K/∂(q, p)², a `Hessian`, by evaluation of the gradient with dual numbers, one variable at a time.
     template <class V>
     __attribute__((noinline)) void hessian(const State<V>& s, V* out) const {
-        using Forward = Dual<V, 1>;
+        using DualNumber = Dual<V, 1>;
         for (int variable = 0; variable < phase_size; ++variable) {
-            Forward in[state_size], g[phase_size];
-            for (int k = 0; k < state_size; ++k) in[k] = Forward(s.y[k]);
-            in[variable] = Forward::variable(s.y[variable], 0);
-            run<derivatives_>(derivatives_u_.values, in, g);
+            DualNumber in[state_size], g[phase_size];
+            for (int k = 0; k < state_size; ++k) in[k] = DualNumber(s.y[k]);
+            in[variable] = DualNumber::variable(s.y[variable], 0);
+            run<derivatives_>(derivatives_uniforms_.values, in, g);
             for (int k = 0; k < phase_size; ++k) out[hessian_index(k, variable)] = g[k].derivative[0];
         }
     }
     /// Returns the program of `derivatives` as data.
-    ListingWithValues<S> derivatives_listing() const {
+    ProgramWithUniforms<S> derivatives_with_uniforms() const {
         return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size},
-                derivatives_u_.values};
+                derivatives_uniforms_.values};
     }
-    /// Returns the parameters of H, for functions that H declares in closed form.
+    /// Returns the parameters of H, for functions of H that are not programs.
     template <class V>
     KAGERO_INLINE auto parameters() const {
         V k[H::parameters.size() + 1];
-        for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(numbers_.k[i]);
+        for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(parameters_.k[i]);
         return make_parameters<H>(k);
     }
     /// Returns H − H0 without rescaling.
     template <class V>
     KAGERO_INLINE V energy(const State<V>& s) const {
         V out[1];
-        run<energy_program<H>>(energy_u_.values, s.y, out);
+        run<energy_program<H>>(energy_uniforms_.values, s.y, out);
         return out[0];
     }
     /// Returns the event functions at s.
     template <class V>
     KAGERO_INLINE EventFunctions<V> event_functions(const State<V>& s) const {
         V out[event_function_count];
-        run<event_functions_>(event_functions_u_.values, s.y, out);
+        run<event_functions_>(event_functions_uniforms_.values, s.y, out);
         return event_functions_of(out);
     }
     /// Returns dλ/dτ = Ω at the position of s; 1 without rescaling.
     template <class V>
     KAGERO_INLINE V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
-        if constexpr (Rescaled) run<rescale_program<H>>(rescale_u_.values, s.y, out);
+        if constexpr (Rescaled) run<rescale_program<H>>(rescale_uniforms_.values, s.y, out);
         return out[0];
     }
 
 private:
     /// The parameters as numbers of type S. The array has an extra element because H may have no parameters.
-    struct Numbers {
+    struct ParameterValues {
         S k[H::parameters.size() + 1] = {};
-        explicit Numbers(const double* parameters) {
+        explicit ParameterValues(const double* parameters) {
             for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
         }
     };
+    /// `parts` and `orbit_plane` return the types of parts_ and orbit_, wrapped in std::type_identity.
     template <class Self>
     static constexpr auto parts() {
         if constexpr (Parted<Self> && !Rescaled) return std::type_identity<PartSystems<Self, S>>{};
         else return std::type_identity<NoParts>{};
     }
-
     template <class Self>
     static constexpr auto orbit_plane() {
         if constexpr (HasOrbitPlane<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
         else return std::type_identity<NoOrbit>{};
     }
 
-    Numbers numbers_;
+    ParameterValues parameters_;
     [[no_unique_address]] typename decltype(parts<H>())::type parts_;
     [[no_unique_address]] typename decltype(orbit_plane<H>())::type orbit_;
-    Uniforms<derivatives_program<H, Rescaled>, S> derivatives_u_;
-    Uniforms<energy_program<H>, S> energy_u_;
-    Uniforms<rescale_program<H>, S> rescale_u_;
-    Uniforms<event_functions_program<H, Rescaled>, S> event_functions_u_;
+    Uniforms<derivatives_program<H, Rescaled>, S> derivatives_uniforms_;
+    Uniforms<energy_program<H>, S> energy_uniforms_;
+    Uniforms<rescale_program<H>, S> rescale_uniforms_;
+    Uniforms<event_functions_program<H, Rescaled>, S> event_functions_uniforms_;
 };
 
 }  // namespace kagero

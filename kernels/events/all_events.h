@@ -12,8 +12,8 @@
 
 namespace kagero {
 
-/// All events, in the order in which a step is tested for them. A lane is assigned the first event that its step has
-/// crossed; refinement may replace it by an event that comes earlier on the step.
+/// All events, in the order in which a step is tested for them. If a step has crossed several events, its lane is
+/// assigned the first of them in this list. Refinement may replace this event by one that lies earlier on the step.
 // clang-format off
 using AllEvents = EventList<
     SurfaceHit,

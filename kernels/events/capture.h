@@ -8,7 +8,7 @@ namespace kagero {
 /// The ray is captured.
 struct Capture : ValueEvent<Capture> {
     static constexpr Status status = Status::captured;
-    /// The end of the whole step shows that the ray is captured, even if no partial step conserves H.
+    /// The ray is captured even if no partial step conserves H, because `captured` ≤ 0 at the end of the whole step.
     static constexpr bool ends_if_unrefined = true;
 
     template <class V>

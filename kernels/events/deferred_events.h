@@ -1,7 +1,8 @@
 /// The detected events of a packet that have not been refined yet.
 ///
-/// Refinement costs several steps, for all lanes at once. An event is therefore stored with its step until the packet
-/// has no active ray, or until it is refilled. Then all events of the packet are refined together.
+/// Refinement of one event takes as long as refinement of all lanes: several steps of the packet. An event is therefore
+/// stored with its step until the packet has no active ray or is refilled. Then all events of the packet are refined
+/// together.
 #pragma once
 
 #include "kernels/events/all_events.h"
@@ -14,23 +15,23 @@ struct DeferredEvents {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
 
-    StepperState<V> step;            ///< Steps of the deferred lanes; other lanes hold an arbitrary finite step.
-    Curve<V> curve;                  ///< Dense output of the steps, if the method defines one; else set by the refiner.
+    StepperState<V> step;            ///< Steps of the lanes with an event; other lanes hold an arbitrary finite step.
+    Curve<V> curve;                  ///< Dense output of `step`; `refine` sets it if it is the cubic Hermite curve.
     std::uint64_t lanes = 0;         ///< Lanes with an event.
-    LanesOfEvents<Events> lanes_of;  ///< Lanes with an event, by kind of event.
-    LevelSet<V> level_set = LevelSet<V>::none();  ///< Surfaces of the events that are defined by a level set.
-    V lo = S(0), hi = S(0);                  ///< Bounds of the position of the event, as fractions of the step.
-    V guess = S(0);                          ///< Estimated position of the event; after refinement, its exact position.
+    LanesOfEvents<Events> lanes_of;  ///< The lanes of `lanes` by type of event.
+    LevelSet<V> level_set = LevelSet<V>::none();  ///< Level set of each lane's event; none() if it has a `value`.
+    V lo = S(0), hi = S(0);                  ///< Bounds of the event's position, as fractions of the step.
+    V event_fraction = S(0);                 ///< Fraction of the step at the event: estimated, then refined.
     std::uint32_t surface[W], primitive[W];  ///< Surfaces and primitives that lanes with a SurfaceHit have hit.
 
     /// Returns the lanes whose event has this effect.
     template <Effect effect>
     std::uint64_t lanes_with() const {
-        std::uint64_t all = 0;
+        std::uint64_t with_effect = 0;
         Events::each([&]<class Event>() {
-            if constexpr (Event::effect == effect) all |= lanes_of.template of<Event>();
+            if constexpr (Event::effect == effect) with_effect |= lanes_of.template of<Event>();
         });
-        return all;
+        return with_effect;
     }
     /// Removes all events.
     void clear() {
@@ -39,13 +40,15 @@ struct DeferredEvents {
         level_set.curved = false;
     }
 
-    /// Adds an event that is defined by the level set `target`, between two fractions of the step.
+    /// Adds the event of the lanes `added`: the point on the level set `target` between the fractions `from` and `to`
+    /// of the step. `estimate` is the estimated fraction.
     template <class Event>
     void defer(std::uint64_t added, const LevelSet<V>& target, const V& from, const V& to, const V& estimate) {
         lanes_of.template of<Event>() |= added;
         add(added, target, from, to, estimate);
     }
-    /// Adds an event between the start of the step and the state `beyond`, which lies at `fraction` of the step.
+    /// Adds the event of the lanes `added`, which lies between the start of the step and the state `beyond` at
+    /// `fraction` of the step. The event's position is estimated by linear interpolation.
     template <class Event>
     void defer_before(const Task<V>& task, std::uint64_t added, const RayState<V>& start, const RayState<V>& beyond,
                       const V& fraction) {
@@ -61,9 +64,9 @@ struct DeferredEvents {
     /// Stores the steps of the lanes `added`, and their dense output if the method defines one.
     void store_steps(const Task<V>& task, const StepperState<V>& from, std::uint64_t added) {
         Step<V>& stored = step;
-        if (lanes == added) stored = from;  // so that all other lanes hold a finite step
+        if (lanes == added) stored = from;  // `added` are the only deferred lanes; other lanes get a finite step
         else stored.copy_lanes(from, from_bits<V>(added));
-        if (!task.own_curve) return;
+        if (!task.method_curve) return;
         const Curve<V> dense_output = task.curve(from);
         curve.degree = dense_output.degree;
         for (int i = 0; i <= dense_output.degree; ++i)
@@ -76,7 +79,7 @@ private:
         level_set.assign_lanes(mask, target);
         lo = select(mask, from, lo);
         hi = select(mask, to, hi);
-        guess = select(mask, estimate, guess);
+        event_fraction = select(mask, estimate, event_fraction);
         lanes |= added;
     }
 };

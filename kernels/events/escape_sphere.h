@@ -36,13 +36,13 @@ struct SphereEvent {
         if constexpr (inner) return dot(q, q) < squared_radius(task);
         else return dot(q, q) > squared_radius(task);
     }
-    /// Returns the lanes whose ray at q, moving along v, does not move back into the sphere.
+    /// Returns the lanes in which v at q points outward: away from the origin, or towards it for the inner sphere.
     template <class V>
     KAGERO_INLINE static MaskOf<V> moves_outward(const Vec3<V>& q, const Vec3<V>& v) {
         if constexpr (inner) return dot(q, v) < V(ScalarOf<V>(0));
         else return dot(q, v) >= V(ScalarOf<V>(0));
     }
-    /// Returns the lanes whose ray at q, moving along v, has left through this sphere.
+    /// Returns the lanes in which q lies on the sphere or beyond it and v points outward: the ray has left.
     template <class V>
     KAGERO_INLINE static MaskOf<V> has_left(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
         return is_reached(task, q) & moves_outward(q, v);
@@ -68,7 +68,7 @@ struct SphereEvent {
     static LevelSet<V> level_set(const Task<V>& task) {
         return sphere_level_set(V(radius(task)));
     }
-    /// Returns the lanes whose ray moves back into the sphere at its refined position: it has left the sphere earlier.
+    /// Returns the lanes whose velocity at the refined event points inward: the ray has left the sphere earlier.
     template <class V>
     static MaskOf<V> moves_back(const RayState<V>& at) {
         const V rate = dot(at.q(), at.velocity);
@@ -77,7 +77,7 @@ struct SphereEvent {
     template <class V>
     static MaskOf<V> crossed_before(const Task<V>& task, const RayState<V>& start, const RayState<V>& at) {
         using S = ScalarOf<V>;
-        constexpr S uncertainty = ValueEvent<SphereEvent>::template beyond_rounding<S>;
+        constexpr S uncertainty = ValueEvent<SphereEvent>::template value_uncertainty<S>;
         const Vec3<V> a = start.q(), q = at.q();
         const V square = squared_radius(task);
         if constexpr (inner) return (dot(a, a) > square) & (dot(q, q) < V(S(1 - uncertainty)) * square);
@@ -93,7 +93,7 @@ template <class V>
 MaskOf<V> is_outside(const Task<V>& task, const Vec3<V>& q) {
     return EscapeSphere::is_beyond(task, q) | SecondEscapeSphere::is_beyond(task, q);
 }
-/// Returns the lanes whose ray at q, moving along v, has left through an escape sphere.
+/// Returns the lanes whose ray at q with velocity v has left through an escape sphere.
 template <class V>
 MaskOf<V> has_left_scene(const Task<V>& task, const Vec3<V>& q, const Vec3<V>& v) {
     const MaskOf<V> left = EscapeSphere::has_left(task, q, v);
@@ -107,8 +107,8 @@ struct Excursion {
     V farthest;  ///< Fraction of the step at which the ray is farthest from the origin.
 };
 
-/// Returns those of `lanes` that leave the escape sphere during their step and return. All `lanes` must turn inward
-/// during the step.
+/// Returns those of `lanes` that leave the escape sphere during their step and return, and sets their `excursion`. In
+/// all `lanes`, the ray must move outward at the start of the step and inward at its end.
 template <class V>
 std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, std::uint64_t lanes,
                               Excursion<V>& excursion) {
@@ -120,8 +120,9 @@ std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, 
     const Curve<V> curve = task.curve(step);
     lanes &= to_bits(curve.max_radius2() > radius2);
     if (!lanes) return 0;
-    const auto bisect = [&](const V& last, const auto& is_below_root) {
-        V lower = zero, upper = last;
+    // Returns the root between 0 and `greatest`, by bisection.
+    const auto bisect = [&](const V& greatest, const auto& is_below_root) {
+        V lower = zero, upper = greatest;
         for (int i = 0; i < 12; ++i) {
             const V middle = half * (lower + upper);
             const MaskOf<V> below = is_below_root(middle);

@@ -7,26 +7,27 @@
 ///   resume(task, at)             for Effect::resume: changes the state at the event into the state with which the ray
 ///                                continues.
 ///   exists(task)                 true if the space, the scene or the job has this event; other events cost nothing.
-///   possible(task, step, steps)  a quick test of the end of a step, for all lanes. If the quick tests of all events
-///                                fail in all lanes, no further test is made. An event without a quick test has its
-///                                own kind of detection (SurfaceHit).
-///   crossed(task, step)          the exact test, evaluated if a quick test has succeeded; default: `possible`.
-///   starts_beyond(task, start)   true if a ray that starts here is already beyond the event and ends at once.
+///   possible(task, step, steps)  a quick test of the end of a step; returns lanes. `steps` is the number of steps of
+///                                each ray. If the quick tests of all events fail in all lanes, no further test is
+///                                made. SurfaceHit and Discontinuity have no quick test; other classes detect them.
+///   crossed(task, step)          returns the lanes whose step has crossed the event. It is evaluated if the quick test
+///                                of any event has succeeded. Default: `possible`.
+///   starts_beyond(task, start)   returns the lanes whose ray starts beyond the event; such a ray ends at its start.
 /// The point of an event is the end of its step, or it is found within the step by one of two functions:
-///   value(start, at)             a function of the state that is positive before the event. The secant method finds
-///                                its zero. All trial steps begin at the start of the step, because the state beyond
-///                                the event may be undefined.
+///   value(start, at)             a function of the state `at` on a step that begins at `start`; positive before the
+///                                event. The secant method finds its zero. All trial steps begin at `start`, because
+///                                the state beyond the event may be undefined.
 ///   level_set(task)              a plane or a sphere. Newton's method finds its zero on the dense output; correction
-///                                steps then move the ray onto the surface.
-/// An event with one of these two functions also has this function:
-///   crossed_before(task, start, at)  true if the event lies between the start of a step and the point `at`, which is
-///                                    the point of another event.
-/// It may override these constants of ValueEvent:
+///                                steps then move the ray onto it. For SurfaceHit, it is the surface that was hit.
+/// An event with one of these two functions also has this function, except SurfaceHit:
+///   crossed_before(task, start, at)  returns the lanes in which the event lies between the start of a step and the
+///                                    point `at`, which is the point of another event.
+/// An event with a `value` may override these constants of ValueEvent:
 ///   may_follow_another           true if another event may precede this event on the same step.
 ///   ends_if_unrefined            true if a ray ends at the end of its whole step when refinement fails.
 /// An event at the end of a step may have `finish(task, step, lanes)`, which removes a rounding error there. An event
-/// on a sphere may have `moves_back(at)`: true if a refined ray moves back into the sphere, so that it left earlier.
-/// `ValueEvent` derives all tests from `value`; such an event takes only a few lines.
+/// on a sphere may have `moves_back(at)`, which returns the lanes whose velocity at the refined event points inward.
+/// `ValueEvent` derives all tests from `value`; a derived event needs only `status`, `exists` and `value`.
 #pragma once
 
 #include "kernels/intersection/surface.h"
@@ -67,20 +68,20 @@ struct ValueEvent {
     }
     template <class V>
     static MaskOf<V> crossed_before(const Task<V>&, const RayState<V>& start, const RayState<V>& at) {
-        return Event::value(start, at) < V(-beyond_rounding<ScalarOf<V>>) * abs(Event::value(start, start));
+        return Event::value(start, at) < V(-value_uncertainty<ScalarOf<V>>) * abs(Event::value(start, start));
     }
 
-    /// Relative uncertainty of the value at a refined event, as a fraction of the value at the start of the step.
+    /// Uncertainty of the value at a refined event, as a fraction of the value at the start of the step.
     template <class S>
-    static constexpr S beyond_rounding = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
+    static constexpr S value_uncertainty = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
 };
 
-/// The event is defined by a `value`.
+/// True for events whose point is a zero of the function `value`.
 template <class Event, class V>
 concept HasValue = requires(const RayState<V>& at) {
     Event::value(at, at);
 };
-/// The event is defined by a `level_set`.
+/// True for events whose point lies on the surface that the function `level_set` returns.
 template <class Event, class V>
 concept HasLevelSet = requires(const Task<V>& task) {
     Event::level_set(task);

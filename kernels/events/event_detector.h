@@ -14,10 +14,10 @@ template <class Events>
 struct Detected {
     /// Lanes whose step is too curved to be intersected with the scene; the step must be repeated with half its length.
     std::uint64_t too_curved = 0;
-    std::uint64_t within = 0;        ///< Lanes with an event within the step, which has been deferred.
+    std::uint64_t within = 0;        ///< Lanes with an event within the step; the event has been deferred.
     std::uint64_t at_end = 0;        ///< Lanes with an event at the end of the step.
-    LanesOfEvents<Events> lanes_of;  ///< Lanes with an event, by kind of event.
-    /// Returns the lanes with an event, which do not take a next step.
+    LanesOfEvents<Events> lanes_of;  ///< The lanes of `within` and `at_end` by type of event.
+    /// Returns the lanes with an event; they become inactive after this step.
     std::uint64_t stopped() const { return within | at_end; }
 };
 
@@ -38,19 +38,19 @@ public:
     void begin(std::uint64_t lanes) {
         if (scene_) scene_->begin(lanes);
     }
-    /// Prepares for a step from the start of the rays of `lanes`, or from an event that has changed their state. A
-    /// surface at this position does not count as hit.
-    void return_to_start(std::uint64_t lanes) {
-        if (scene_) scene_->return_to_start(lanes);
+    /// Ignores a surface on which the next step of `lanes` starts. Called if this step starts at the start of a ray, or
+    /// at an event that has changed the state of the ray.
+    void ignore_surface_at_start(std::uint64_t lanes) {
+        if (scene_) scene_->ignore_surface_at_start(lanes);
     }
-    /// Records the radial direction of the rays of `lanes`, whose steps begin at `start`.
+    /// Records which rays of `lanes` move away from the origin at `start`, where their next step begins.
     void start_steps(const RayState<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));
         outward_ = (outward_ & ~lanes) | (outward & lanes);
     }
 
-    /// Tests the step of the lanes `moving`. Their rays have taken `steps` steps at its end. Adds events within the
-    /// step to `deferred`.
+    /// Tests the steps of the lanes `moving` for all events. `steps` is the number of steps of each ray, including this
+    /// one. Adds events within the step to `deferred`.
     Detected<Events> detect(const StepperState<V>& step, std::uint64_t moving, const V& steps,
                             DeferredEvents<V, Events>& deferred) {
         Detected<Events> found;
@@ -58,27 +58,29 @@ public:
         Excursion<V> excursion;
         std::uint64_t excursions = moving & outward_ & ~outward;
         if (excursions) excursions = find_excursions(task_, step, excursions, excursion);
+        // `intersect` removes lanes whose step is too curved from `tested`.
         std::uint64_t tested = moving, hits = scene_ ? scene_->intersect(step, tested) : 0;
         if (tested != moving) {
             found.too_curved = moving & ~tested;
             moving = tested;
             excursions &= moving;
         }
-        if (hits | excursions | possible_events(step, moving, steps)) {
+        if (hits | excursions | lanes_with_possible_event(step, moving, steps)) {
             if (excursions & hits) hits &= ~(excursions & to_bits(excursion.exit < scene_->hits.hit_fraction()));
             if (hits) hits = defer_hits(step, hits, deferred, found);
             if (excursions &= ~hits) defer_excursions(excursion, excursions, deferred, found);
             find_crossed(step, steps, moving & ~(hits | excursions), deferred, found);
             if (found.within) deferred.store_steps(task_, step, found.within);
         }
-        const std::uint64_t staying = moving & ~found.stopped();
-        outward_ = (outward_ & ~staying) | (outward & staying);
+        const std::uint64_t continuing = moving & ~found.stopped();
+        outward_ = (outward_ & ~continuing) | (outward & continuing);
         return found;
     }
 
 private:
     /// Returns the lanes of `moving` for which the quick test of at least one event succeeds.
-    KAGERO_INLINE std::uint64_t possible_events(const Step<V>& step, std::uint64_t moving, const V& steps) const {
+    KAGERO_INLINE std::uint64_t lanes_with_possible_event(const Step<V>& step, std::uint64_t moving,
+                                                          const V& steps) const {
         MaskOf<V> possible = no_lanes<V>();
         Events::each([&]<class Event>() __attribute__((always_inline)) {
             if constexpr (requires { Event::possible(task_, step, steps); })
@@ -86,7 +88,8 @@ private:
         });
         return moving & to_bits(possible);
     }
-    /// Evaluates `crossed` of all events, in the order of the list, for the lanes `open`, which have no event yet.
+    /// Assigns to each lane of `open` the first event of the list that its step has crossed, and defers the event if it
+    /// lies within the step. The lanes `open` have no event yet.
     void find_crossed(const Step<V>& step, const V& steps, std::uint64_t open, DeferredEvents<V, Events>& deferred,
                       Detected<Events>& found) const {
         Events::each([&]<class Event>() {
@@ -117,13 +120,13 @@ private:
                              Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits;
         const Curve<V> curve = task_.curve(step);
-        const Vec3<V> a = curve.at(hits.from), b = curve.at(hits.to);
+        const Vec3<V> a = curve.at(hits.piece_start), b = curve.at(hits.piece_end);
         lanes &= ~to_bits(is_outside(task_, advance(a, hits.t, b - a)));
         if (!lanes) return 0;
         const LevelSet<V> level_sets = scene_->level_sets(lanes);
         const V fraction = chord_fraction(level_sets, a, b, hits.t);
-        deferred.template defer<SurfaceHit>(lanes, level_sets, hits.from, hits.to,
-                                            fma(hits.to - hits.from, fraction, hits.from));
+        deferred.template defer<SurfaceHit>(lanes, level_sets, hits.piece_start, hits.piece_end,
+                                            fma(hits.piece_end - hits.piece_start, fraction, hits.piece_start));
         for (const int i : lanes_in(lanes)) {
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
             deferred.surface[i] = hits.surface[i];

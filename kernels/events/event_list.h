@@ -1,4 +1,4 @@
-/// The list of event types, and sets of lanes for each event.
+/// A compile-time list of event types, and one lane mask for each event of a list.
 #pragma once
 
 #include "kernels/events/event.h"
@@ -42,11 +42,11 @@ struct LanesOfEvents {
     std::uint64_t of() const {
         return lanes[Events::template index<Event>];
     }
-    /// Returns the lanes of all events.
-    std::uint64_t all() const {
-        std::uint64_t any = 0;
-        for (const std::uint64_t of_event : lanes) any |= of_event;
-        return any;
+    /// Returns the lanes that have at least one event.
+    std::uint64_t lanes_with_event() const {
+        std::uint64_t with_event = 0;
+        for (const std::uint64_t of_event : lanes) with_event |= of_event;
+        return with_event;
     }
 };
 

@@ -1,9 +1,8 @@
 /// Finds the exact positions of events and moves rays to them.
 ///
 /// Dense output locates a surface, but its order is lower than the order of the method. The refiner therefore repeats
-/// the step with the length up to the surface, and corrects the end by Newton's method. The correction steps are so
-/// short that a cheap method suffices (`Task::correction_step`). Position and direction at the event have the full
-/// order of the method.
+/// the step with the length up to the surface, and corrects the end by Newton's method with short steps of a cheap
+/// method (`Task::correction_step`). Errors of position and direction at the event are of the order of the method.
 #pragma once
 
 #include "kernels/events/deferred_events.h"
@@ -19,9 +18,9 @@ class EventRefiner {
 
 public:
     DeferredEvents<V, Events> deferred;  ///< After `refine`, deferred.step.end is the state at the event.
-    Step<V> whole;                       ///< After `refine`, the whole steps.
-    std::uint64_t unreached = 0;  ///< Lanes whose refinement failed, because their whole step is far too long.
-    std::uint64_t unrefined = 0;  ///< Lanes whose event position has only the accuracy of a chord.
+    Step<V> whole_step;                  ///< After `refine`, the steps on which the events were detected.
+    std::uint64_t failed = 0;            ///< Lanes whose refinement failed. Shorter steps may allow refinement.
+    std::uint64_t unrefined = 0;         ///< Lanes whose hit has an approximate position on the chord or dense output.
 
     explicit EventRefiner(const Task<V>& task) : task_(task) {}
 
@@ -29,67 +28,68 @@ public:
     void refine() {
         DeferredEvents<V, Events>& d = deferred;
         const MaskOf<V> mask = from_bits<V>(d.lanes);
-        d.guess = select(mask, d.guess, V(S(0)));
+        d.event_fraction = select(mask, d.event_fraction, V(S(0)));
         const V full_length = select(mask, d.step.h, V(S(0)));
         d.step.h = full_length;
-        whole = d.step;
-        unreached = unrefined = lost_energy_ = 0;
+        whole_step = d.step;
+        failed = unrefined = lost_energy_ = 0;
         if (on_chord()) return interpolate(mask);
-        if (!task_.own_curve) d.curve = Curve<V>::hermite(d.step);
-        const Vec3<V> piece_start = d.curve.at(d.lo), piece = d.curve.at(d.hi) - piece_start,
-                      chord_point = advance(piece_start, (d.guess - d.lo) / (d.hi - d.lo), piece);
-        const V estimate = d.guess;
-        const std::uint64_t by_value = lanes_by_value(), surfaces = d.lanes_of.template of<SurfaceHit>();
-        decreasing_ = d.level_set.slope(chord_point, piece) < V(S(0));
-        const MaskOf<V> spheres = mask & (abs(d.level_set.a) > V(S(0))) & !from_bits<V>(by_value);
-        d.guess = nearest_on_curve(estimate, spheres, chord_point, piece);
-        refine_on_curve(mask & !from_bits<V>(by_value));
-        if (by_value) refine_by_value(from_bits<V>(by_value), full_length);
-        refine_by_level_set(mask, from_bits<V>(by_value), full_length);
-        keep_grazing_hits(unreached & surfaces & ~lost_energy_, estimate, chord_point, piece);
-        // If dense output did not confirm a point on an escape sphere, the point is accepted if it lies on the sphere.
+        if (!task_.method_curve) d.curve = Curve<V>::hermite(d.step);
+        const Vec3<V> start = d.curve.at(d.lo), chord = d.curve.at(d.hi) - start,
+                      chord_point = advance(start, (d.event_fraction - d.lo) / (d.hi - d.lo), chord);
+        const V estimate = d.event_fraction;
+        const std::uint64_t value_bits = lanes_with_event_value(), hits = d.lanes_of.template of<SurfaceHit>();
+        const MaskOf<V> with_value = from_bits<V>(value_bits), with_level_set = mask & !with_value;
+        decreasing_ = d.level_set.slope(chord_point, chord) < V(S(0));
+        const MaskOf<V> spheres = with_level_set & (abs(d.level_set.a) > V(S(0)));
+        d.event_fraction = project_to_curve(estimate, spheres, chord_point, chord);
+        const std::uint64_t not_on_curve = refine_on_curve(with_level_set);
+        if (value_bits) refine_by_value(with_value, full_length);
+        refine_by_level_set(mask, with_value, not_on_curve, full_length);
+        keep_grazing_hits(failed & hits & ~lost_energy_, estimate, chord_point, chord);
+        // An escape that was not found on the dense output is accepted if it lies on the escape sphere.
         const V distance = abs(d.level_set.value(d.step.end.q()));
         const MaskOf<V> on_sphere = distance <= V(sphere_tolerance) * sqrt(d.level_set.radius2);
-        unreached |= unrefined & ~surfaces & ~to_bits(on_sphere);
-        unrefined &= surfaces;
-        check_spheres();
+        failed |= not_on_curve & ~hits & ~to_bits(on_sphere);
+        unrefined |= not_on_curve & hits;
+        fail_inward_escapes();
     }
 
-    /// Returns the lanes that have crossed another event before their refined event, listed by the other event. The
-    /// position of a grazing hit, or of an event on a chord, is not exact enough for this test.
+    /// Returns, for each event, the lanes that have crossed this event before their refined event. The position of an
+    /// unrefined hit, or of an event on a chord, is not exact enough for this test.
     LanesOfEvents<Events> earlier_events() const {
         LanesOfEvents<Events> earlier;
         if (on_chord()) return earlier;
-        std::uint64_t lanes = deferred.lanes & ~(unreached | unrefined | last_events());
+        std::uint64_t lanes = deferred.lanes & ~(failed | unrefined | lanes_without_earlier_event());
         Events::each([&]<class Event>() {
-            if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); }) {
+            if constexpr (requires { Event::crossed_before(task_, whole_step.start, whole_step.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
                 earlier.template of<Event>() =
-                    lanes & to_bits(Event::crossed_before(task_, whole.start, deferred.step.end));
+                    lanes & to_bits(Event::crossed_before(task_, whole_step.start, deferred.step.end));
                 lanes &= ~earlier.template of<Event>();
             }
         });
         return earlier;
     }
-    /// Replaces the deferred events by those of `earlier`, which lie between the start and the refined position.
+    /// Replaces the refined events by those of `earlier`, which lie between the start of the step and the refined one.
     void defer_again(const LanesOfEvents<Events>& earlier) {
         deferred.clear();
-        const std::uint64_t lanes = earlier.all();
+        const std::uint64_t lanes = earlier.lanes_with_event();
         if (!lanes) return;
         const RayState<V> beyond = deferred.step.end;
-        const V fraction = deferred.guess;
-        deferred.step.copy_lanes(whole, from_bits<V>(lanes));
+        const V fraction = deferred.event_fraction;
+        deferred.step.copy_lanes(whole_step, from_bits<V>(lanes));
         Events::each([&]<class Event>() {
-            if constexpr (requires { Event::crossed_before(task_, whole.start, whole.end); })
+            if constexpr (requires { Event::crossed_before(task_, whole_step.start, whole_step.end); })
                 if (const std::uint64_t of_event = earlier.template of<Event>())
-                    deferred.template defer_before<Event>(task_, of_event, whole.start, beyond, fraction);
+                    deferred.template defer_before<Event>(task_, of_event, whole_step.start, beyond, fraction);
         });
     }
 
 private:
     bool on_chord() const { return task_.job.hit == HitModel::chord; }
-    /// Returns the lanes whose event is defined by a value.
-    std::uint64_t lanes_by_value() const {
+    /// Returns the lanes whose event is a zero of Event::value.
+    std::uint64_t lanes_with_event_value() const {
         std::uint64_t lanes = 0;
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>) lanes |= deferred.lanes_of.template of<Event>();
@@ -97,7 +97,7 @@ private:
         return lanes;
     }
     /// Returns the lanes whose event cannot follow another event on the same step.
-    std::uint64_t last_events() const {
+    std::uint64_t lanes_without_earlier_event() const {
         std::uint64_t lanes = 0;
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>)
@@ -105,54 +105,55 @@ private:
         });
         return lanes;
     }
-    /// Returns, for each lane, the value of that lane's event.
+    /// Returns Event::value of each lane's event at the state `at`; 1 if the event has no value.
     V value_at(const RayState<V>& at) const {
         V value(S(1));
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>)
                 if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>())
-                    value = select(from_bits<V>(lanes), Event::value(whole.start, at), value);
+                    value = select(from_bits<V>(lanes), Event::value(whole_step.start, at), value);
         });
         return value;
     }
-    /// Marks rays as unreached that move back into an escape sphere at their refined position: they have left earlier.
-    void check_spheres() {
+    /// Adds the lanes to `failed` whose ray moves inward at its refined escape: it has left the sphere earlier.
+    void fail_inward_escapes() {
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::moves_back(deferred.step.end); })
-                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~unreached)
-                    unreached |= lanes & to_bits(Event::moves_back(deferred.step.end));
+                if (const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & ~failed)
+                    failed |= lanes & to_bits(Event::moves_back(deferred.step.end));
         });
     }
 
-    /// Returns the fraction at which the curve crosses the plane through `chord_point` perpendicular to the chord
-    /// `piece`. The initial guess is `s`, the fraction of `chord_point` on the chord. Since the speed varies along a
-    /// long step, the curve at `s` may be closer to the far side of a small ball than to the side that was hit.
-    V nearest_on_curve(V s, const MaskOf<V>& lanes, const Vec3<V>& chord_point, const Vec3<V>& piece) const {
+    /// Returns the fraction of the step at which the dense output crosses the plane through `chord_point` perpendicular
+    /// to `chord`. The initial guess is `s`, the fraction of `chord_point`. Since the speed varies along a long step,
+    /// the dense output at `s` may be closer to the exit from a small ball than to the entry that the chord has hit.
+    V project_to_curve(V s, const MaskOf<V>& lanes, const Vec3<V>& chord_point, const Vec3<V>& chord) const {
         const DeferredEvents<V, Events>& d = deferred;
         MaskOf<V> open = lanes;
         for (int i = 0; i < 3 && any(open); ++i) {
-            const V next = s - dot(d.curve.at(s) - chord_point, piece) / dot(d.curve.slope(s), piece), last = s;
+            const V next = s - dot(d.curve.at(s) - chord_point, chord) / dot(d.curve.slope(s), chord), last = s;
             s = select(open & is_finite(next), min(max(next, d.lo), d.hi), s);
             open = open & (abs(s - last) > V(newton_tolerance) * (d.hi - d.lo));
         }
         return s;
     }
 
-    /// Runs Newton's method on the dense output of the piece that was hit. If the ends of the piece lie on opposite
-    /// sides of the surface, the iterates stay between the last positions before and behind the surface.
-    void refine_on_curve(const MaskOf<V>& smooth) {
+    /// Moves `event_fraction` of `lanes` to a point of the dense output on the level set, by Newton's method. Returns
+    /// the lanes in which no such point is found. If the dense output at the fractions lo and hi of the step lies on
+    /// opposite sides of the surface, the iterates stay between the last positions before and behind the surface.
+    std::uint64_t refine_on_curve(const MaskOf<V>& lanes) {
         DeferredEvents<V, Events>& d = deferred;
         const V length = d.hi - d.lo, margin = V(S(0.25)) * length, half(S(0.5)), slack = V(S(1.0 / 16)) * length;
         const V least = max(d.lo - margin, V(least_fraction)), greatest = d.hi + margin;
-        const V side = d.level_set.value(d.curve.at(d.lo));
-        const MaskOf<V> crossing = smooth & (side * d.level_set.value(d.curve.at(d.hi)) < V(S(0)));
-        V s = d.guess, before = d.lo, behind = d.hi;
-        MaskOf<V> open = smooth;
+        const V value_at_lo = d.level_set.value(d.curve.at(d.lo));
+        const MaskOf<V> crossing = lanes & (value_at_lo * d.level_set.value(d.curve.at(d.hi)) < V(S(0)));
+        V s = d.event_fraction, before = d.lo, behind = d.hi;
+        MaskOf<V> open = lanes;
         for (int i = 0; i < max_corrections && any(open); ++i) {
             const Vec3<V> q = d.curve.at(s);
             const V value = d.level_set.value(q);
             const V next = s + d.level_set.intersect_line(q, d.curve.slope(s), decreasing_).length;
-            const MaskOf<V> before_surface = side * value > V(S(0));
+            const MaskOf<V> before_surface = value_at_lo * value > V(S(0));
             before = select(before_surface, s, before);
             behind = select(before_surface, behind, s);
             const V middle = half * (before + behind),
@@ -163,56 +164,55 @@ private:
             open = open & (abs(s - last) > V(newton_tolerance) * length);
             if (i >= 2) open = open & crossing;
         }
-        const MaskOf<V> inside = (s > least) & (s < greatest);
-        unrefined = to_bits(smooth & !inside);
-        d.guess = select(smooth & inside, s, d.guess);
+        const MaskOf<V> in_range = (s > least) & (s < greatest);
+        d.event_fraction = select(lanes & in_range, s, d.event_fraction);
+        return to_bits(lanes & !in_range);
     }
 
     /// Takes a partial step to the estimated position and corrects its end by Newton's method. On a sphere, the
     /// corrections approach the side that was hit. The partial step may end beyond the surface, because dense output is
     /// less accurate along the ray than across it. Each correction squares the error. After a correction below about
     /// the square root of the rounding unit, the remaining segment is straight to rounding, and `extrapolate` adds it.
-    /// A converged lane no longer changes, so that its result does not depend on other lanes.
-    ///
-    /// The first correction is a fraction of order h³ of the step. Its extrapolation has an error of order h⁵ in the
-    /// momentum, which is within the error of a method of order five. A symplectic method would lose about
-    /// 1e-8 of its conserved quantities. In double precision it therefore always takes the correction step.
-    void refine_by_level_set(const MaskOf<V>& mask, const MaskOf<V>& by_value, const V& full_length) {
+    /// A converged lane no longer changes, so that its result does not depend on other lanes. The first correction is a
+    /// fraction of order h³ of the step. Its extrapolation has an error of order h⁵, within the error of a method of
+    /// order five. For a symplectic method, extrapolation would change conserved quantities by about 1e-8.
+    void refine_by_level_set(const MaskOf<V>& mask, const MaskOf<V>& with_value, std::uint64_t not_on_curve,
+                             const V& full_length) {
         DeferredEvents<V, Events>& d = deferred;
         StepperState<V>& step = d.step;
         const V zero(S(0)), rounding = V(S(4)) * position_rounding(full_length),
-                limit = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), rounding), first_limit = limit_of_first(limit);
-        const MaskOf<V> all = mask & !by_value;
-        MaskOf<V> moving = all, open = all & !from_bits<V>(unrefined);
+                limit = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), rounding), first_limit = first_limit_for(limit);
+        MaskOf<V> moving = mask & !with_value, open = moving & !from_bits<V>(not_on_curve);
         StepEnd<V> refined = step;
-        step.h = select(by_value, zero, d.guess * full_length);
-        if (!task_.resumes) task_.begin(step);
+        step.h = select(with_value, zero, d.event_fraction * full_length);
+        if (!task_.steps_without_begin) task_.begin(step);
         for (int i = 0; i < max_corrections; ++i) {
             if (i == 0) task_.step(step);
             else task_.correction_step(step);
             refined.copy_lanes(step, moving);
             const auto [remaining, misses] = d.level_set.intersect_line(step.end.q(), step.end.velocity, decreasing_);
-            const V s = max(min(d.guess + remaining / full_length, V(greatest_fraction)), V(least_fraction));
+            const V s = max(min(d.event_fraction + remaining / full_length, V(greatest_fraction)), V(least_fraction));
             MaskOf<V> usable = step.solved & is_finite(remaining) & is_finite(sum_of_momenta(step.end));
             if (i >= 2) usable = usable & !misses;  // the tangent of a ray may miss a surface that is far away
             if (step.options.test_energy) lost_energy_ |= to_bits(open & usable & !step.energy_is_conserved);
-            unreached |= to_bits(open & !usable) | lost_energy_;
+            failed |= to_bits(open & !usable) | lost_energy_;
             open = open & usable & !from_bits<V>(lost_energy_);
-            const MaskOf<V> converged = open & !misses & (abs(s - d.guess) <= (i > 0 ? limit : first_limit));
-            if (any(converged)) extrapolate(refined, (s - d.guess) * full_length, converged);
-            d.guess = select(converged, s, d.guess);
+            const V correction = s - d.event_fraction;
+            const MaskOf<V> converged = open & !misses & (abs(correction) <= (i > 0 ? limit : first_limit));
+            if (any(converged)) extrapolate(refined, correction * full_length, converged);
+            d.event_fraction = select(converged, s, d.event_fraction);
             open = open & !converged;
             if (!any(open)) break;
             task_.begin_next(step, mask);
             moving = open;
-            step.h = select(open, (s - d.guess) * full_length, zero);
-            d.guess = select(open, s, d.guess);
+            step.h = select(open, correction * full_length, zero);
+            d.event_fraction = select(open, s, d.event_fraction);
         }
-        unreached |= to_bits(open);
+        failed |= to_bits(open);
         static_cast<StepEnd<V>&>(step).copy_lanes(refined, mask);
     }
-    /// Returns the greatest first correction, as a fraction of the step, that is extrapolated.
-    V limit_of_first(const V& limit) const {
+    /// Returns the greatest first correction that is extrapolated, as a fraction of the step; 0: never extrapolated.
+    V first_limit_for(const V& limit) const {
         const IntegratorInfo& method = task_.method.info;
         if (method.order <= 5 && !method.symplectic && !task_.straight) return max(V(S(1e-3)), limit);
         return std::is_same_v<S, float> ? limit : V(S(0));
@@ -224,25 +224,25 @@ private:
     }
     /// Returns the rounding error of the position, as a fraction of the step.
     V position_rounding(const V& full_length) const {
-        const Vec3<V> q = deferred.step.end.q(), &v = whole.start.velocity;
-        const V far = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
-        const V rounding = V(machine_epsilon<S>) * far / (speed * abs(full_length));
+        const Vec3<V> q = deferred.step.end.q(), &v = whole_step.start.velocity;
+        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
+        const V rounding = V(machine_epsilon<S>) * size / (speed * abs(full_length));
         return select(is_finite(rounding), rounding, V(S(0)));
     }
 
     /// Extrapolates rays by a small parameter length beyond the last step. Positions are extrapolated with the velocity
-    /// at the end and its mean rate of change in the step, other quantities with their mean rates in the step. For the
-    /// latter, the length is limited to one step length, because a longer one would magnify rounding errors.
+    /// at the end and its mean rate of change in the step. Other quantities are extrapolated with their mean rates in
+    /// the step, by at most one step length, because a longer one would magnify rounding errors.
     void extrapolate(StepEnd<V>& refined, const V& length, const MaskOf<V>& lanes) {
         const StepperState<V>& step = deferred.step;
         const V one(S(1)), zero(S(0)), h = select(lanes, length, zero);
         const V ratio = select(lanes & (abs(step.h) > zero), max(min(h / step.h, one), -one), zero);
-        const Vec3<V> mean = advance(step.end.velocity, V(S(0.5)) * ratio, step.end.velocity - step.start.velocity);
-        const Vec3<V> q = advance(refined.end.q(), h, mean);
+        const Vec3<V> velocity = advance(step.end.velocity, V(S(0.5)) * ratio, step.end.velocity - step.start.velocity);
+        const Vec3<V> q = advance(refined.end.q(), h, velocity);
         const V offset = deferred.level_set.value(q) / deferred.level_set.slope(q, step.end.velocity),
                 h_to_surface = select(lanes & is_finite(offset), h - offset, h);
         const auto extrapolate_value = [&](const V& from, const V& to, V& end) { end = fma(ratio, to - from, end); };
-        refined.end.set(advance(refined.end.q(), h_to_surface, mean), refined.end.p());
+        refined.end.set(advance(refined.end.q(), h_to_surface, velocity), refined.end.p());
         for (int k = 0; k < space_size; ++k)
             extrapolate_value(step.start.y[momentum(k)], step.end.y[momentum(k)], refined.end.y[momentum(k)]);
         extrapolate_value(step.start.velocity.x, step.end.velocity.x, refined.end.velocity.x);
@@ -254,7 +254,7 @@ private:
     /// Finds the zero of each lane's value by the secant method. Every trial step begins at the start of the step,
     /// because the state beyond the event may be undefined. When the secant moves by less than `margin`, the next trial
     /// moves by `margin`, so that two close trials enclose the event. If they do not, the step is discontinuous at the
-    /// event. Lanes outside `lanes` keep their end.
+    /// event. Other lanes take steps of length zero.
     void refine_by_value(const MaskOf<V>& lanes, const V& full_length) {
         DeferredEvents<V, Events>& d = deferred;
         StepperState<V>& step = d.step;
@@ -264,86 +264,86 @@ private:
                         margin = resolution;
         for (int i = 0; i < max_corrections; ++i) {
             // `begin` is called in every iteration, so that a lane does not depend on the iterations of other lanes.
-            if (!task_.resumes) task_.begin(step);
-            step.h = select(lanes, d.guess * full_length, zero);
+            if (!task_.steps_without_begin) task_.begin(step);
+            step.h = select(lanes, d.event_fraction * full_length, zero);
             const V gradients = step.gradients;
             task_.step(step);
             step.gradients = select(open, step.gradients, gradients);
-            const V value = value_at(step.end), secant = d.guess - value * (d.guess - last_s) / (value - last_value);
-            before = select(value > zero, d.guess, before);
-            after = select(value > zero, after, d.guess);
-            const MaskOf<V> stalled = abs(secant - d.guess) < margin;
-            const V trial = select(stalled, d.guess + select(value > zero, margin, -margin), secant);
+            const V s = d.event_fraction, value = value_at(step.end),
+                    secant = s - value * (s - last_s) / (value - last_value);
+            before = select(value > zero, s, before);
+            after = select(value > zero, after, s);
+            const MaskOf<V> stalled = abs(secant - s) < margin;
+            const V trial = select(stalled, s + select(value > zero, margin, -margin), secant);
             margin = select(stalled, V(S(4)) * margin, margin);  // rounding may reverse the sign of a value
             const V next = select((trial > before) & (trial <= after), trial, V(S(0.5)) * (before + after));
-            last_s = d.guess;
+            last_s = s;
             last_value = value;
             const MaskOf<V> usable = is_finite(next) & is_finite(sum_of_momenta(step.end));
-            unreached |= to_bits(open & !usable);
+            failed |= to_bits(open & !usable);
             open = open & usable & (after - before > V(S(2)) * margin);
             if (!any(open)) break;
-            if (i + 1 == max_corrections) unreached |= to_bits(open & (after - before > V(max_gap) * resolution));
-            else d.guess = select(open, next, d.guess);
+            if (i + 1 == max_corrections) failed |= to_bits(open & (after - before > V(max_gap) * resolution));
+            else d.event_fraction = select(open, next, s);
         }
-        if (step.options.test_energy) unreached |= to_bits(lanes & !(step.solved & step.energy_is_conserved));
+        if (step.options.test_energy) failed |= to_bits(lanes & !(step.solved & step.energy_is_conserved));
         end_at_whole_step();
         task_.begin_next(step, lanes);
     }
-    /// Moves unreached rays of events with `ends_if_unrefined` to the end of their whole step.
+    /// Moves rays whose refinement failed to the end of their whole step if their event has `ends_if_unrefined`.
     void end_at_whole_step() {
         Events::each([&]<class Event>() {
             if constexpr (HasValue<Event, V>) {
                 if (!Event::ends_if_unrefined) return;
-                const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & unreached;
-                static_cast<StepEnd<V>&>(deferred.step).copy_lanes(whole, from_bits<V>(lanes));
-                unreached &= ~lanes;
+                const std::uint64_t lanes = deferred.lanes_of.template of<Event>() & failed;
+                static_cast<StepEnd<V>&>(deferred.step).copy_lanes(whole_step, from_bits<V>(lanes));
+                failed &= ~lanes;
             }
         });
     }
 
-    /// Keeps the chord's hit in those of `lanes` whose curve passes the surface within `grazing_tolerance`. A chord may
-    /// hit a surface that the curve just misses.
-    void keep_grazing_hits(std::uint64_t lanes, const V& estimate, const Vec3<V>& chord_point, const Vec3<V>& piece) {
+    /// Keeps the chord's hit in those of `lanes` whose dense output passes the surface within `grazing_tolerance`. A
+    /// chord may hit a surface that the dense output just misses.
+    void keep_grazing_hits(std::uint64_t lanes, const V& estimate, const Vec3<V>& chord_point, const Vec3<V>& chord) {
         if (!lanes) return;
         DeferredEvents<V, Events>& d = deferred;
-        const Vec3<V> chord = whole.end.q() - whole.start.q();
-        const V closest = nearest_on_curve(estimate, from_bits<V>(lanes), chord_point, piece),
+        const Vec3<V> whole_chord = whole_step.end.q() - whole_step.start.q();
+        const V closest = project_to_curve(estimate, from_bits<V>(lanes), chord_point, chord),
                 distance = d.level_set.value(d.curve.at(closest)), tolerance(grazing_tolerance);
-        const std::uint64_t grazing = lanes & to_bits(distance * distance <= tolerance * tolerance * dot(chord, chord));
+        const std::uint64_t grazing =
+            lanes & to_bits(distance * distance <= tolerance * tolerance * dot(whole_chord, whole_chord));
         const MaskOf<V> mask = from_bits<V>(grazing);
-        d.guess = select(mask, closest, d.guess);
+        d.event_fraction = select(mask, closest, d.event_fraction);
         interpolate(mask);
         d.step.end.set(select<V>(mask, chord_point, d.step.end.q()), d.step.end.p());
         unrefined |= grazing;
-        unreached &= ~grazing;
+        failed &= ~grazing;
     }
 
-    /// Moves the rays of `mask` to the fraction `guess` of the chord of the whole step.
+    /// Moves the rays of `mask` to the fraction `event_fraction` of the chord of the whole step.
     void interpolate(const MaskOf<V>& mask) {
-        const V& s = deferred.guess;
+        const V& s = deferred.event_fraction;
+        const RayState<V>&a = whole_step.start, &b = whole_step.end;
         RayState<V>& end = deferred.step.end;
-        const Vec3<V> chord = whole.end.q() - whole.start.q();
-        for (int k = 0; k < phase_size; ++k)
-            end.y[k] = select(mask, fma(s, whole.end.y[k] - whole.start.y[k], whole.start.y[k]), end.y[k]);
-        end.parameter =
-            select(mask, fma(s, whole.end.parameter - whole.start.parameter, whole.start.parameter), end.parameter);
-        end.velocity = select<V>(mask, chord, end.velocity);
+        for (int k = 0; k < phase_size; ++k) end.y[k] = select(mask, fma(s, b.y[k] - a.y[k], a.y[k]), end.y[k]);
+        end.parameter = select(mask, fma(s, b.parameter - a.parameter, a.parameter), end.parameter);
+        end.velocity = select<V>(mask, b.q() - a.q(), end.velocity);
     }
 
     static constexpr int max_corrections = 30;  ///< Greatest number of iterations of a refinement method.
-    /// Newton's method on dense output stops when it moves by less than this fraction of the piece.
+    /// Newton's method on dense output stops when it moves by less than this fraction of the length hi − lo.
     static constexpr S newton_tolerance = S(1e-3);
-    /// Greatest distance of a ray on a sphere from the sphere, as a fraction of the radius.
+    /// Greatest distance from a sphere at which a ray counts as lying on it, as a fraction of the radius.
     static constexpr S sphere_tolerance = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
     /// A step is discontinuous if trials around an event stay farther apart than this multiple of `resolution`.
     static constexpr S max_gap = 1024;
-    /// Greatest distance of a grazing curve from the surface that its chord hits, as a fraction of the step's chord.
+    /// Greatest distance of a grazing ray from the surface that its chord hits, as a fraction of the step's chord.
     static constexpr S grazing_tolerance = S(0.01);
-    /// Range of the search for an event, as fractions of its step. Events before the start belong to the previous step.
+    /// Range of the search for an event, as fractions of its step. Events farther back belong to the previous step.
     static constexpr S least_fraction = S(-1e-3), greatest_fraction = S(1.25);
 
     const Task<V>& task_;
-    MaskOf<V> decreasing_;           ///< Lanes that approach their level set from its positive side.
+    MaskOf<V> decreasing_;           ///< Lanes in which the level-set function decreases along the ray.
     std::uint64_t lost_energy_ = 0;  ///< Lanes whose partial step did not conserve H.
 };
 

@@ -1,9 +1,9 @@
 /// Intersects steps with the scene. Finds the lanes that hit a surface, the surface, and the approximate position of
 /// the hit on the step.
 ///
-/// Most steps need no query: each lane stores a clear box around its ray, taken from the clearance grid. The dense
-/// output of a step that leaves its clear boxes is divided into chords within `chord_tolerance` of it, and Embree
-/// intersects the chords.
+/// Most steps need no query: each lane stores a clear box around its ray, taken from the clearance grid. A step that
+/// leaves its clear boxes is divided into pieces. The chord of each piece is within Job::chord_tolerance of the dense
+/// output, and Embree intersects the chords.
 #pragma once
 
 #include "kernels/intersection/clearance.h"
@@ -17,7 +17,7 @@
 
 namespace kagero {
 
-/// Returns the vector of lane i.
+/// Returns lane i of a vector, in double precision.
 template <class V>
 Vec3<double> lane_of(const Vec3<V>& v, int i) {
     return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
@@ -27,11 +27,11 @@ Vec3<double> lane_of(const Vec3<V>& v, int i) {
 template <class V>
 struct SurfaceHits {
     std::uint32_t surface[lane_count<V>] = {}, primitive[lane_count<V>] = {};
-    V from{ScalarOf<V>(0)}, to{ScalarOf<V>(0)};  ///< Ends of the hit piece, as fractions of the step.
-    V t{ScalarOf<V>(0)};                         ///< Position of the hit on the chord of that piece, from Embree.
+    V piece_start{ScalarOf<V>(0)}, piece_end{ScalarOf<V>(0)};  ///< Ends of the hit piece, as fractions of the step.
+    V t{ScalarOf<V>(0)};  ///< Embree's position of the hit, as a fraction of the chord of that piece.
 
     /// Returns the approximate position of the hit, as a fraction of the step.
-    V hit_fraction() const { return fma(t, to - from, from); }
+    V hit_fraction() const { return fma(t, piece_end - piece_start, piece_start); }
 };
 
 /// Intersects the steps of one packet with the scene.
@@ -46,26 +46,26 @@ public:
 
     explicit SceneIntersector(const Task<V>& task)
         : task_(task), geometry_(*task.job.geometry), tolerance_(S(task.job.chord_tolerance)),
-          chord_only_(task.job.hit == HitModel::chord), starts_clear_(starts_clear()) {}
+          chord_only_(task.job.hit == HitModel::chord), starts_off_surfaces_(starts_off_surfaces()) {}
 
     /// Initializes `lanes` for new rays. The surface on which a ray starts does not count as hit.
     void begin(std::uint64_t lanes) {
         queries_ = select(from_bits<V>(lanes), V(S(0)), queries_);
         departing_ &= ~lanes;
-        return_to_start(lanes);
+        ignore_surface_at_start(lanes);
     }
-    /// Prepares for a step from the start of the rays of `lanes`.
-    void return_to_start(std::uint64_t lanes) {
-        if (!starts_clear_) first_piece_ |= lanes;
+    /// Ignores a surface on which the next step of `lanes` starts.
+    void ignore_surface_at_start(std::uint64_t lanes) {
+        if (!starts_off_surfaces_) before_first_piece_ |= lanes;
     }
 
     /// Intersects the step of `lanes` and returns the lanes that hit a surface. A step that is too curved for
     /// `max_pieces` chords is not tested, and its lane is removed from `lanes`.
     std::uint64_t intersect(const StepperState<V>& step, std::uint64_t& lanes) {
-        const std::uint64_t unconfirmed =
-            geometry_.clearance ? lanes & ~to_bits(clear_.contains(task_.extent(step))) : lanes;
-        const std::uint64_t hit = unconfirmed ? intersect_outside(step, unconfirmed, lanes) : 0;
-        first_piece_ &= ~lanes;
+        const std::uint64_t leaving =
+            geometry_.clearance ? lanes & ~to_bits(clear_box_.contains(task_.extent(step))) : lanes;
+        const std::uint64_t hit = leaving ? intersect_leaving(step, leaving, lanes) : 0;
+        before_first_piece_ &= ~lanes;
         return hit;
     }
     /// Intersects straight segments of any length with one query. Returns the lanes that hit a surface.
@@ -84,45 +84,46 @@ public:
 private:
     /// Intersects the steps of `lanes`, which leave the stored clear boxes. First the stored box is replaced by the box
     /// around the middle of the step, which may contain the whole step. If it does not, Embree is queried. A stored box
-    /// never has to be invalidated, since it stays clear when its lane gets another ray.
-    __attribute__((noinline)) std::uint64_t intersect_outside(const StepperState<V>& step, std::uint64_t lanes,
+    /// never has to be invalidated, since it stays clear when its lane gets another ray. Lanes whose step is too curved
+    /// are removed from `tested`.
+    __attribute__((noinline)) std::uint64_t intersect_leaving(const StepperState<V>& step, std::uint64_t lanes,
                                                               std::uint64_t& tested) {
         const Curve<V> curve = task_.curve(step);
-        if (geometry_.clearance && clear_.update(*geometry_.clearance, curve.middle(), lanes))
-            lanes &= ~to_bits(clear_.contains(curve.extent()));
+        if (geometry_.clearance && clear_box_.update(*geometry_.clearance, curve.middle(), lanes))
+            lanes &= ~to_bits(clear_box_.contains(curve.extent()));
         if (!lanes) return 0;
         const Stopwatch watch(task_.job.timed, ticks);
         const V sagitta = chord_only_ ? V(S(0)) : curve.sagitta();
         const std::uint64_t too_curved = lanes & to_bits(sagitta > V(tolerance_ * S(max_pieces) * S(max_pieces)));
         tested &= ~too_curved;
-        return query_pieces(curve, length_of_pieces(sagitta), lanes & ~too_curved);
+        return query_pieces(curve, piece_length_of(sagitta), lanes & ~too_curved);
     }
 
-    /// Divides each step into pieces of length `piece` (a fraction of the step) and queries the pieces that are not
-    /// inside a clear box. Each lane skips its clear pieces first, so that one query contains many lanes.
-    std::uint64_t query_pieces(const Curve<V>& curve, const V& piece, std::uint64_t lanes) {
+    /// Divides each step into pieces of length `piece_length` (a fraction of the step) and queries the pieces that are
+    /// not inside a clear box. Each lane skips its clear pieces first, so that one query contains many lanes.
+    std::uint64_t query_pieces(const Curve<V>& curve, const V& piece_length, std::uint64_t lanes) {
         const V one(S(1)), half(S(0.5));
-        const std::uint64_t divided =
-            geometry_.clearance ? lanes & to_bits(piece < one) : 0;  // undivided steps have been tested already
-        const Extent<V> times = divided ? min_times_per_length(curve.slope_extent()) : Extent<V>{};
+        // A step of one piece is known to leave its clear box.
+        const std::uint64_t divided = geometry_.clearance ? lanes & to_bits(piece_length < one) : 0;
+        const Extent<V> min_times = divided ? min_times_per_length(curve.slope_extent()) : Extent<V>{};
         std::uint64_t hit = 0, open = lanes;
         V s0(S(0));
         while (open) {
             for (std::uint64_t skipping = open & divided; skipping;) {
                 const Vec3<V> position = curve.at(s0);
-                V clear = clear_.exit_parameter(position, times);
-                if (const std::uint64_t leaving = skipping & ~to_bits(clear >= piece)) {
-                    if (clear_.update(*geometry_.clearance, curve.at(fma(half, piece, s0)), leaving))
-                        clear = clear_.exit_parameter(position, times);
+                V clear_length = clear_box_.min_exit_time(position, min_times);
+                if (const std::uint64_t leaving = skipping & ~to_bits(clear_length >= piece_length)) {
+                    if (clear_box_.update(*geometry_.clearance, curve.at(fma(half, piece_length, s0)), leaving))
+                        clear_length = clear_box_.min_exit_time(position, min_times);
                 }
-                const MaskOf<V> passes = from_bits<V>(skipping) & (clear >= piece);
-                s0 = select(passes, min(s0 + whole_pieces(clear, piece), one), s0);
-                const std::uint64_t ended = to_bits(passes & (s0 >= one));
-                skipping = to_bits(passes) & ~ended;
+                const MaskOf<V> is_clear = from_bits<V>(skipping) & (clear_length >= piece_length);
+                s0 = select(is_clear, min(s0 + whole_pieces(clear_length, piece_length), one), s0);
+                const std::uint64_t ended = to_bits(is_clear & (s0 >= one));
+                skipping = to_bits(is_clear) & ~ended;
                 open &= ~ended;
             }
             if (!open) break;
-            const V s1 = min(s0 + piece, one);
+            const V s1 = min(s0 + piece_length, one);
             hit |= query_piece(curve.at(s0), curve.at(s1), s0, s1, open);
             open &= ~(hit | to_bits(s1 >= one));
             s0 = s1;
@@ -130,10 +131,12 @@ private:
         return hit;
     }
 
-    /// Queries the segments a → b, which are the chords of the pieces [s0, s1] of the steps in lanes `open`.
+    /// Queries the segments a → b, which are the chords of the pieces [s0, s1] of the steps in lanes `open`. Sets
+    /// `hits` in the lanes that hit a surface and returns these lanes.
     std::uint64_t query_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t open) {
-        const std::uint64_t first = open & first_piece_, near_start = first | (open & departing_);
-        first_piece_ &= ~open;
+        const std::uint64_t in_first_piece = open & before_first_piece_,
+                            near_start = in_first_piece | (open & departing_);
+        before_first_piece_ &= ~open;
         departing_ &= ~open;
         Segments<W> segments;
         V begin(S(0)), length(S(1));  // queried part of each piece, as fractions of the piece
@@ -141,33 +144,34 @@ private:
             begin = select(from_bits<V>(near_start), -start_extension(b - a), begin);
             length = V(S(1)) - begin;
         }
-        const Vec3<V> from = near_start ? advance(a, begin, b - a) : a;
+        const Vec3<V> query_start = near_start ? advance(a, begin, b - a) : a;
         const V scale(S(geometry_.scale));
         V size(S(0));  // greatest coordinate of both ends, in Embree's coordinates
         const auto to_embree = [&](const V& start, const V& end, int k) {
-            const V shift(S(geometry_.shift[k])), from_here = (start - shift) * scale, to_here = (end - shift) * scale;
-            size = max(size, max(abs(from_here), abs(to_here)));
-            to_floats(from_here, segments.org[k]);
+            const V shift(S(geometry_.shift[k])), embree_start = (start - shift) * scale,
+                    embree_end = (end - shift) * scale;
+            size = max(size, max(abs(embree_start), abs(embree_end)));
+            to_floats(embree_start, segments.org[k]);
             to_floats((end - start) * scale, segments.dir[k]);
         };
-        to_embree(from.x, b.x, 0);
-        to_embree(from.y, b.y, 1);
-        to_embree(from.z, b.z, 2);
+        to_embree(query_start.x, b.x, 0);
+        to_embree(query_start.y, b.y, 1);
+        to_embree(query_start.z, b.z, 2);
         std::fill_n(segments.near, W, 0.0f);
         std::fill_n(segments.t, W, 0.0f);
-        skip_outside(from, b, segments);
+        skip_outside_escape_sphere(query_start, b, segments);
         for (const int i : lanes_in(open & ~to_bits(size < V(S(clip_size))))) {
             if (!clip(a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
         }
         queries_ = select(from_bits<V>(open), queries_ + V(S(1)), queries_);
         std::uint64_t hit = query(geometry_.embree_scene, segments, open);
         if (hit & near_start)
-            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, first);
+            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, in_first_piece);
         if (!hit) return 0;
         const MaskOf<V> mask = from_bits<V>(hit);
         hits.t = select(mask, fractions_of(segments, begin, length), hits.t);
-        hits.from = select(mask, s0, hits.from);
-        hits.to = select(mask, s1, hits.to);
+        hits.piece_start = select(mask, s0, hits.piece_start);
+        hits.piece_end = select(mask, s1, hits.piece_end);
         for (int i = 0; i < W; ++i) {
             const bool is_hit = (hit >> i) & 1;
             hits.surface[i] = is_hit ? segments.surface[i] : hits.surface[i];
@@ -180,26 +184,28 @@ private:
     /// Embree could miss surfaces close to the start because of its rounding in float.
     V start_extension(const Vec3<V>& chord) const {
         const V offset(S(double(start_offset) / geometry_.scale));
-        return offset / max(root(dot(chord, chord)), offset);
+        return offset / max(fast_sqrt(dot(chord, chord)), offset);
     }
-    /// Converts positions on the queried parts to fractions of the whole pieces.
+    /// Returns the positions t on the queried segments as fractions of the whole pieces.
     static V fractions_of(const Segments<W>& segments, const V& begin, const V& length) {
         alignas(64) double fraction[W];
         std::copy_n(segments.t, W, fraction);
         return fma(length, lanes_of<V>(fraction), begin);
     }
 
-    /// Removes from `hit` the hits of surfaces from which rays depart, since Embree's floats cannot show on which side
-    /// of a close surface a ray starts. The lanes `close` are close to their start; the lanes `first` are in the first
-    /// piece of their ray. These lanes are queried again, and each candidate hit is tested in the packet's precision.
+    /// Removes the hits of surfaces from which rays depart, since Embree's floats cannot show on which side of a close
+    /// surface a ray starts. Such lanes are queried again, and each candidate hit is tested in the packet's precision.
+    /// Returns the lanes of `hit` that still hit a surface. The lanes `close` may start close to a surface. The lanes
+    /// `in_first_piece` are queried for the first time since the start of their ray.
     std::uint64_t remove_departed_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
                                            Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
-                                           std::uint64_t first) {
+                                           std::uint64_t in_first_piece) {
         const V least = start_extension(b - a);
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
-        const std::uint64_t departed = close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(first)));
+        const std::uint64_t departed =
+            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(in_first_piece)));
         if (!departed) return hit;
         departing_ |= departed;
         const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
@@ -207,13 +213,13 @@ private:
             const LevelSet<double> level_set = level_set_of(geometry_.surfaces[surface], primitive);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
             return !departs(level_set, from, to, chord_fraction(level_set, from, to, near), double(get_lane(least, i)),
-                            ((first >> i) & 1) != 0);
+                            ((in_first_piece >> i) & 1) != 0);
         };
         return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
-    /// Returns true if all rays start far from every surface, compared with the rounding of Embree's floats and of the
-    /// packet's number type. No ray then starts on a surface.
-    bool starts_clear() const {
+    /// Returns true if no ray starts on a surface: the distance of the camera from every surface is large compared with
+    /// the rounding of Embree's floats and of the packet's number type.
+    bool starts_off_surfaces() const {
         const CameraRays* camera = task_.job.camera;
         if (!camera) return false;
         const double* q = camera->position;
@@ -223,23 +229,23 @@ private:
 
     /// Returns the lanes in which a → b departs from the surface that the query has found at `fraction`, rather than
     /// hitting it. Such a segment starts on the surface or moves away from it. A segment that starts on a sphere
-    /// departs from it only if it does not meet the sphere again beyond the fraction `least`. In lanes of
+    /// departs from it only if the segment does not meet the sphere again beyond the fraction `least`. In lanes of
     /// `may_start_on_surface`, a start within rounding of the surface counts as a start on the surface.
-    template <class W2>
-    MaskOf<W2> departs(const LevelSet<W2>& g, const Vec3<W2>& a, const Vec3<W2>& b, const W2& fraction, const W2& least,
-                       const MaskOf<W2>& may_start_on_surface) const {
-        const W2 zero(0), height = g.value(a),
-                          size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + W2(ScalarOf<W2>(1 / geometry_.scale));
-        const W2 rounding = W2(ScalarOf<W2>(4 * machine_epsilon<S>)) * size;
-        const MaskOf<W2> on_surface = may_start_on_surface & (abs(height) <= rounding);
-        const W2 away = height * g.slope(a, b - a);
-        const MaskOf<W2> from_plane = on_surface | (away >= zero),
-                         from_sphere = (fraction <= zero) | (on_surface & (fraction <= least));
+    template <class T>
+    MaskOf<T> departs(const LevelSet<T>& g, const Vec3<T>& a, const Vec3<T>& b, const T& fraction, const T& least,
+                      const MaskOf<T>& may_start_on_surface) const {
+        const T zero(0), height = g.value(a),
+                         size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + T(ScalarOf<T>(1 / geometry_.scale));
+        const T rounding = T(ScalarOf<T>(4 * machine_epsilon<S>)) * size;
+        const MaskOf<T> on_surface = may_start_on_surface & (abs(height) <= rounding);
+        const T away = height * g.slope(a, b - a);
+        const MaskOf<T> from_plane = on_surface | (away >= zero),
+                        from_sphere = (fraction <= zero) | (on_surface & (fraction <= least));
         return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
-    /// For segments that begin outside the escape sphere, moves the start of the queried part to their entry into it.
-    void skip_outside(const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) const {
+    /// For segments that begin outside the escape sphere, moves the start of the query to their entry into the sphere.
+    void skip_outside_escape_sphere(const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) const {
         const S radius = S(task_.job.escape_radius);
         const MaskOf<V> beyond = dot(a, a) > V(radius * radius);
         if (!any(beyond)) return;
@@ -250,13 +256,13 @@ private:
     }
 
     /// Clips the queried part of a → b in lane i to a cube of edge `clip_size` around the scene, in double precision.
-    /// Returns false if it misses the cube.
+    /// Returns false if the segment misses the cube.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
         const double start[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
         const double end[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
-        const double first = double(get_lane(begin, i)),
-                     nearest = first + double(get_lane(length, i)) * double(segments.near[i]);
-        double enter = first, leave = 1, org[3], dir[3];
+        const double old_begin = double(get_lane(begin, i)),
+                     near = old_begin + double(get_lane(length, i)) * double(segments.near[i]);
+        double enter = old_begin, leave = 1, org[3], dir[3];
         for (int k = 0; k < 3; ++k) {
             org[k] = (start[k] - geometry_.shift[k]) * geometry_.scale;
             dir[k] = (end[k] - start[k]) * geometry_.scale;
@@ -268,19 +274,20 @@ private:
             }
         }
         if (!(enter < leave)) return false;
-        const double rest = leave - enter;
+        const double clipped_length = leave - enter;
         set_lane(begin, i, S(enter));
-        set_lane(length, i, S(rest));
-        segments.near[i] = float(std::clamp((nearest - enter) / rest, 0.0, 1.0));
+        set_lane(length, i, S(clipped_length));
+        segments.near[i] = float(std::clamp((near - enter) / clipped_length, 0.0, 1.0));
         for (int k = 0; k < 3; ++k) {
             segments.org[k][i] = float(org[k] + enter * dir[k]);
-            segments.dir[k][i] = float(rest * dir[k]);
+            segments.dir[k][i] = float(clipped_length * dir[k]);
         }
         return true;
     }
 
     /// Returns the length of the pieces, as a fraction of the step. It is halved until chords are within the tolerance.
-    V length_of_pieces(V sagitta) const {
+    /// `sagitta` is the distance between dense output and chord of the whole step.
+    V piece_length_of(V sagitta) const {
         V length(S(1));
         for (int pieces = 1; pieces < max_pieces; pieces *= 2) {
             const MaskOf<V> bent = sagitta > V(tolerance_);
@@ -291,9 +298,9 @@ private:
         return length;
     }
     /// Returns `length` rounded down to a whole number of pieces.
-    static V whole_pieces(const V& length, const V& piece) {
-        const V fit = min(length / piece, V(S(max_pieces))), nearest = nearest_integer(fit);
-        return select(nearest > fit, nearest - V(S(1)), nearest) * piece;
+    static V whole_pieces(const V& length, const V& piece_length) {
+        const V fit = min(length / piece_length, V(S(max_pieces))), nearest = nearest_integer(fit);
+        return select(nearest > fit, nearest - V(S(1)), nearest) * piece_length;
     }
     /// Greatest number of pieces into which a step is divided.
     static constexpr int max_pieces = 1024;
@@ -305,12 +312,13 @@ private:
 
     const Task<V>& task_;
     const Geometry& geometry_;
-    S tolerance_;
-    bool chord_only_, starts_clear_;
-    ClearBox<V> clear_ = task_.first_box;
+    S tolerance_;               ///< Job::chord_tolerance.
+    bool chord_only_;           ///< True if each step is intersected as its chord.
+    bool starts_off_surfaces_;  ///< True if no ray starts on a surface.
+    ClearBox<V> clear_box_ = task_.camera_clear_box;
     V queries_ = S(0);
-    std::uint64_t first_piece_ = 0;  ///< Lanes whose ray has no queried piece since its start.
-    std::uint64_t departing_ = 0;    ///< Lanes whose previous piece has departed from a close surface.
+    std::uint64_t before_first_piece_ = 0;  ///< Lanes in which nothing was queried since the start of the ray.
+    std::uint64_t departing_ = 0;           ///< Lanes whose previous piece has departed from a close surface.
 };
 
 }  // namespace kagero

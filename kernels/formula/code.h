@@ -1,10 +1,11 @@
-/// Programs as data for an interpreter. Formulas of a scene become such programs, because no compiler is available at
-/// run time.
+/// Code: a program as data for an interpreter. The programs of a scene's formula are executed as code, because no
+/// compiler is available at run time.
 ///
-/// Instructions operate on numbered slots, which hold the inputs, the constants and then the results. They are grouped
-/// into runs of the same operation on independent operands. An operation is then dispatched once per run, and the CPU
-/// can overlap its instructions. If no such run exists, an operation on the accumulator follows. The accumulator is the
-/// result of the last instruction, which is still in a register.
+/// Instructions operate on numbered slots, which contain the inputs, the constants and then the results. Instructions
+/// are grouped into runs of the same operation on independent operands. An operation is then dispatched once per run,
+/// and the CPU can overlap the instructions of the run. If fewer than three instructions can form a run, an operation
+/// on the accumulator is preferred. The accumulator is the result of the previous instruction, which is still in a
+/// register.
 #pragma once
 
 #include "kernels/equations/system.h"
@@ -36,28 +37,31 @@ constexpr std::uint8_t opcode_of(Op op) { return static_cast<std::uint8_t>(op); 
 constexpr std::uint8_t opcode_of(AccumulatorOp op) { return static_cast<std::uint8_t>(op); }
 
 /// A run: instructions [first, first + count) with the same opcode. A run on the accumulator stores only the result of
-/// its last instruction. `stores_result` is false if only the next run uses the result, through the accumulator.
+/// its last instruction. `stores_result` is false if nothing except the next run, as its accumulator, uses the result.
 struct Run {
     std::uint8_t opcode;
     bool stores_result;
     std::uint16_t first, count;
 };
 
-/// Output index of Ω, after the event functions of any system; and the number of these outputs.
+/// The outputs of the program of event functions of a formula: those of EventFunctionIndex, then Ω.
 enum { index_time_rescaling = event_function_count, formula_function_count };
 
-/// A program as data.
+/// A program in the form that the interpreter executes.
 struct Code {
     static constexpr int inputs = state_size, max_slots = 256, max_outputs = formula_function_count;
     std::int32_t slots, constants, runs, outputs;  ///< numbers of used slots, constants, runs and outputs
-    std::int32_t prepared;                         ///< number of leading runs that do not depend on the varying inputs
+    /// Number of runs, at the beginning, that do not depend on the varying inputs (the constructor argument of
+    /// CodeWriter).
+    std::int32_t prepared;
     Run run[Tape::capacity];
     Instruction instruction[Tape::capacity];
     double constant[max_slots];  ///< the constants; their slots begin at `inputs`
     std::uint16_t output[max_outputs];  ///< slots of the outputs
 };
 
-/// Converts a program to code: schedules its operations and assigns slots to its results.
+/// Converts a program to code: puts the operations in order and assigns slots to the results. Operations that do not
+/// depend on the varying inputs come first.
 template <int Size, int Outputs>
 class CodeWriter {
 public:
@@ -88,15 +92,18 @@ public:
     }
 
 private:
-    /// Returns true if node k is a leaf or is already scheduled.
-    bool done(int k) const { return k < 0 || detail::is_leaf(p_.nodes[k].op) || done_[k]; }
-    /// Returns true if node k can be scheduled: it belongs to the requested part, and its operands are scheduled.
+    /// Returns true if node k is absent (k < 0), is a leaf, or is already scheduled.
+    bool available(int k) const { return k < 0 || detail::is_leaf(p_.nodes[k].op) || scheduled_[k]; }
+    /// Returns true if node k can be scheduled next: its operands are available, and it depends on the varying inputs
+    /// if and only if `varying` is true.
     bool ready(int k, bool varying) const {
         const Node& n = p_.nodes[k];
-        return !detail::is_leaf(n.op) && !done_[k] && varies_[k] == varying && done(n.a) && done(n.b) && done(n.c);
+        return !detail::is_leaf(n.op) && !scheduled_[k] && varies_[k] == varying && available(n.a) && available(n.b) &&
+               available(n.c);
     }
-    /// Schedules the part that does, or does not, depend on the varying inputs. It repeatedly forms a run of the
-    /// operation with the most ready nodes. If these are fewer than three, an operation on the accumulator comes first.
+    /// Schedules the nodes that depend on the varying inputs if `varying` is true, else the other nodes. Each run
+    /// contains all ready nodes of the operation with the most ready nodes. If these are fewer than three, an operation
+    /// on the accumulator is scheduled first, if possible.
     void schedule(bool varying) {
         accumulator_ = -1;
         for (;;) {
@@ -110,22 +117,22 @@ private:
             const int first = length_;
             for (int k = 0; k < p_.size; ++k)
                 if (ready(k, varying) && static_cast<int>(p_.nodes[k].op) == best) order_[length_++] = k;
-            for (int i = first; i < length_; ++i) done_[order_[i]] = true;
+            for (int i = first; i < length_; ++i) scheduled_[order_[i]] = true;
             accumulator_ = order_[length_ - 1];
             code_.run[code_.runs++] = {static_cast<std::uint8_t>(best), true, static_cast<std::uint16_t>(first),
                                        static_cast<std::uint16_t>(length_ - first)};
         }
     }
-    /// Schedules one operation on the accumulator. Returns false if none is ready.
+    /// Schedules one operation on the accumulator. Returns false if no ready node is such an operation.
     bool schedule_on_accumulator(bool varying) {
         for (int k = 0; accumulator_ >= 0 && k < p_.size; ++k) {
             if (!ready(k, varying)) continue;
             const std::uint8_t opcode = accumulator_opcode(p_.nodes[k]);
             if (opcode == 0) continue;
-            swap_[length_] = p_.nodes[k].b == accumulator_;
+            operands_swapped_[length_] = p_.nodes[k].b == accumulator_;
             append_to_run(opcode, uses_[accumulator_] == 1);
             order_[length_++] = accumulator_ = k;
-            done_[k] = true;
+            scheduled_[k] = true;
             return true;
         }
         return false;
@@ -142,7 +149,8 @@ private:
             before.stores_result = false;
         code_.run[code_.runs++] = {opcode, true, static_cast<std::uint16_t>(length_), 1};
     }
-    /// Returns the opcode for a node that uses the accumulator exactly once; 0 if there is none.
+    /// Returns the opcode of node n as an operation on the accumulator; 0 if there is no such operation, or if n does
+    /// not use the accumulator exactly once.
     std::uint8_t accumulator_opcode(const Node& n) const {
         const bool a = n.a == accumulator_, b = n.b == accumulator_, c = n.c == accumulator_;
         if (a + b + c != 1) return 0;
@@ -156,8 +164,9 @@ private:
             default: return 0;
         }
     }
-    /// Finds the last instruction that uses each result. Outputs stay in use until the end of the code, and so do
-    /// results of the prepared part that the varying part uses.
+    /// Finds the last instruction that uses each result. Outputs stay in use until the end of the code. So do results
+    /// that do not depend on the varying inputs but are operands of operations that do, because the latter operations
+    /// may be executed several times.
     void find_last_uses() {
         for (int i = 0; i < length_; ++i) {
             const Node& n = p_.nodes[order_[i]];
@@ -181,18 +190,19 @@ private:
     }
     /// Assigns slots to results; a slot is free again after its last use. Returns false if there are too few slots.
     bool assign_result_slots() {
-        int free[Code::max_slots], free_count = 0;
+        int free_slots[Code::max_slots], free_count = 0;
         for (int i = 0; i < length_; ++i) {
             const int k = order_[i];
             const Node& n = p_.nodes[k];
             Instruction& to = code_.instruction[i];
-            to = {0, offset_of(swap_[i] ? n.b : n.a), offset_of(swap_[i] ? n.a : n.b), offset_of(n.c)};
+            const int a = operands_swapped_[i] ? n.b : n.a, b = operands_swapped_[i] ? n.a : n.b;
+            to = {0, offset_of(a), offset_of(b), offset_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
                 if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i)
-                    free[free_count++] = slot_[operand];
+                    free_slots[free_count++] = slot_[operand];
             if (free_count == 0 && code_.slots == Code::max_slots) return false;
-            slot_[k] = free_count ? free[--free_count] : code_.slots++;
+            slot_[k] = free_count ? free_slots[--free_count] : code_.slots++;
             to.result = offset_of(k);
         }
         static_assert(Outputs <= Code::max_outputs);
@@ -205,12 +215,16 @@ private:
 
     const Program<Size, Outputs>& p_;
     Code& code_;
-    bool varies_[Size] = {}, done_[Size] = {};
-    bool swap_[Size] = {};  ///< per instruction: operands a and b are exchanged, because the accumulator is b
-    int order_[Size] = {};  ///< the nodes in the order of the instructions
-    int uses_[Size] = {}, last_use_[Size] = {}, slot_[Size] = {};
-    int length_ = 0, first_varying_ = 0;
-    int accumulator_ = -1;  ///< the node whose result is in the accumulator; −1: none
+    bool varies_[Size] = {};            ///< per node: depends on the varying inputs
+    bool scheduled_[Size] = {};         ///< per node: has an instruction
+    bool operands_swapped_[Size] = {};  ///< per instruction: a and b are exchanged, because the accumulator is b
+    int order_[Size] = {};              ///< per instruction: its node
+    int uses_[Size] = {};               ///< per node: number of uses as an operand or output
+    int last_use_[Size] = {};           ///< per node: index of the last instruction that uses the result
+    int slot_[Size] = {};               ///< per node: slot of the result
+    int length_ = 0;                    ///< number of instructions so far
+    int first_varying_ = 0;             ///< first instruction that depends on the varying inputs
+    int accumulator_ = -1;              ///< the node whose result is in the accumulator; −1: none
 };
 
 }  // namespace kagero::formula

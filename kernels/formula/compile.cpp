@@ -13,7 +13,8 @@ constexpr const char* too_large =
     "the formula is too large: with its derivatives it needs more than 768 operations, or more than 256 values at the "
     "same time; write a simpler formula";
 
-/// A tape on which the expressions of one formula are recorded.
+/// A tape on which the expressions of one formula are recorded. If the formula only rescales a compiled Hamiltonian,
+/// that Hamiltonian is recorded as H.
 struct FormulaTape {
     const Formula& formula;
     const RerecordedHamiltonian* compiled;  ///< the compiled Hamiltonian that the formula rescales, or nullptr
@@ -37,11 +38,12 @@ struct FormulaTape {
         if (formula.length_scale >= 0)
             event_functions[index_max_step_length] = expression(formula.length_scale, value_only);
     }
-    /// Use of an expression: it is differentiated, or only its value is needed.
+    /// Use of an expression: its derivatives are needed, or only its value.
     enum Use { differentiated, value_only };
-    /// Records an expression and returns its node. It records only nodes that the expression needs.
+    /// Records the expression whose last formula node is `root`, and returns its node on the tape. Only formula nodes
+    /// on which the expression depends are recorded.
     int expression(std::int32_t root, Use use = differentiated) {
-        std::array<bool, formula_limit> needed{};
+        std::array<bool, max_formula_nodes> needed{};
         needed[root] = true;
         for (std::int32_t i = root; i >= 0; --i) {
             const FormulaNode& n = formula.nodes[i];
@@ -49,38 +51,38 @@ struct FormulaTape {
             needed[n.a] = true;
             if (n.b >= 0) needed[n.b] = true;
         }
-        std::array<int, formula_limit> tape_node{};
+        std::array<int, max_formula_nodes> tape_node{};
         for (std::int32_t i = 0; i <= root && !tape.full; ++i) {
             const FormulaNode& n = formula.nodes[i];
             if (!needed[i]) continue;
             if (n.op == Op::constant) tape_node[i] = tape.constant(n.value);
             else if (n.op == Op::input) tape_node[i] = input[n.a];
-            else if (n.op == Op::sqrt && use == value_only) tape_node[i] = value_of_root(tape_node[n.a]);
+            else if (n.op == Op::sqrt && use == value_only) tape_node[i] = record_sqrt(tape_node[n.a]);
             else tape_node[i] = record(tape, n.op, tape_node[n.a], n.b < 0 ? -1 : tape_node[n.b]);
         }
         return tape_node[root];
     }
 
 private:
-    /// Records √s and returns its node. The form s · (1/√s) is NaN at s = 0, so it is used only if the tape already
-    /// contains 1/√s.
-    int value_of_root(int s) {
-        const auto is_inverse = [s](const Node& n) { return n.op == Op::rsqrt && n.a == s; };
-        const bool has_inverse = std::any_of(tape.nodes, tape.nodes + tape.size, is_inverse);
-        return has_inverse ? tape.sqrt(s) : tape.unary(Op::sqrt, s);
+    /// Records √s for the node s and returns its node. The tape usually computes √s as s · (1/√s), which is NaN at s =
+    /// 0. Here this is done only if the tape already contains 1/√s.
+    int record_sqrt(int s) {
+        const auto is_reciprocal = [s](const Node& n) { return n.op == Op::rsqrt && n.a == s; };
+        const bool has_reciprocal = std::any_of(tape.nodes, tape.nodes + tape.size, is_reciprocal);
+        return has_reciprocal ? tape.sqrt(s) : tape.unary(Op::sqrt, s);
     }
 };
 
 /// Writes the program of the given outputs as code. Returns false if it is too large.
 template <std::size_t n>
 bool write(const Tape& t, const std::array<int, n>& outputs, Varying varying, Code& code) {
-    const auto program = detail::extract_all<static_cast<int>(n)>(t, outputs, varying);
+    const auto program = detail::extract_untrimmed<static_cast<int>(n)>(t, outputs, varying);
     return CodeWriter(program, varying, code).write();
 }
 
-/// Returns the nodes of the program of the gradient, for evaluation by listing.h.
+/// Returns the nodes of the program of the gradient, for evaluation by interpreter.h.
 Nodes gradient_nodes(const Tape& t, const std::array<int, phase_size>& outputs) {
-    const auto program = detail::extract_all<phase_size>(t, outputs, {});
+    const auto program = detail::extract_untrimmed<phase_size>(t, outputs, {});
     Nodes nodes{};
     nodes.size = program.size;
     std::copy_n(program.nodes, program.size, nodes.nodes);
@@ -90,8 +92,8 @@ Nodes gradient_nodes(const Tape& t, const std::array<int, phase_size>& outputs) 
 
 constexpr Varying all_inputs{};
 
-/// Writes ∂K/∂q and ∂K/∂p as code, from the nodes of the gradient. Sets `separable` if K is separable. Returns false if
-/// the code is too large.
+/// Writes ∂K/∂q and ∂K/∂p as code, from the nodes g of the gradient. Sets `separable` to true if K = ½|p|² + V(q), else
+/// to false. Returns false if the code is too large.
 bool write_gradient_halves(const Tape& t, const std::array<int, phase_size>& g, Code& force, Code& velocity,
                            bool& separable) {
     std::array<int, space_size> q, p;
@@ -99,13 +101,13 @@ bool write_gradient_halves(const Tape& t, const std::array<int, phase_size>& g, 
         q[k] = g[k];
         p[k] = g[momentum(k)];
     }
-    separable = is_separable(detail::extract_all<space_size>(t, q, kick_varies),
-                             detail::extract_all<space_size>(t, p, drift_varies));
+    separable = is_separable(detail::extract_untrimmed<space_size>(t, q, kick_varies),
+                             detail::extract_untrimmed<space_size>(t, p, drift_varies));
     return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
 }
 
-/// Returns true if the expression is small when it is expanded to a tree. Some transformations traverse expressions as
-/// trees, which may be far larger than the list of nodes.
+/// Returns true if the expression has few nodes when it is expanded to a tree, in which nodes with several uses are
+/// repeated. Some transformations traverse this tree, which may be far larger than the list of nodes.
 bool small_as_tree(const Tape& t, int root) {
     std::array<double, Tape::capacity> size{};
     for (int i = 0; i <= root; ++i) {
@@ -117,26 +119,27 @@ bool small_as_tree(const Tape& t, int root) {
     return size[root] < 5000;
 }
 
-/// Rewrites a sum with collected squares if it is small enough, and returns its node.
+/// Factors the perfect squares in a sum (autodiff/squares.h), unless the sum is too large, and returns the node of the
+/// result.
 int collect_squares_if_small(Tape& t, int sum) {
     return !t.full && small_as_tree(t, sum) ? collect_squares(t, sum) : sum;
 }
 
-/// Writes all programs except those of the parts H_A and H_B. Returns false if they are too large.
-bool write_motion(const Formula& f, const RerecordedHamiltonian* compiled, Programs& p) {
-    FormulaTape recording(f, compiled);
-    Tape& t = recording.tape;
-    const int residual = collect_squares_if_small(t, recording.energy_residual());
+/// Writes all programs of a formula except those of the parts H_A and H_B. Returns false if they are too large.
+bool write_main_programs(const Formula& f, const RerecordedHamiltonian* compiled, Programs& p) {
+    FormulaTape formula_tape(f, compiled);
+    Tape& t = formula_tape.tape;
+    const int residual = collect_squares_if_small(t, formula_tape.energy_residual());
     int k = residual, rescaling = t.constant(1);
     if (p.rescaled) {
-        rescaling = recording.expression(f.rescale);
+        rescaling = formula_tape.expression(f.rescale);
         k = small_as_tree(t, residual) ? multiply_through(t, rescaling, residual) : t.mul(rescaling, residual);
     }
     if (t.full) return false;
-    const std::array<int, phase_size> g = record_derivatives(t, k, recording.input);
+    const std::array<int, phase_size> g = record_derivatives(t, k, formula_tape.input);
     std::array<int, event_function_count> event_functions =
-        record_event_functions(t, recording.input, k, rescaling, f.level, g);
-    recording.record_events(g, event_functions);
+        record_event_functions(t, formula_tape.input, k, rescaling, f.level, g);
+    formula_tape.record_events(g, event_functions);
     if (t.full || !write(t, std::array{residual}, all_inputs, p.value)) return false;
     p.derivative_nodes = gradient_nodes(t, g);
     std::array<int, formula_function_count> with_rescaling{};
@@ -148,15 +151,15 @@ bool write_motion(const Formula& f, const RerecordedHamiltonian* compiled, Progr
            write_gradient_halves(t, g, p.force, p.velocity, p.separable);
 }
 
-/// Writes the programs of one part, H_A or H_B. Returns false if they are too large.
-bool write_part(const Formula& f, int which, Programs& p) {
-    FormulaTape recording(f);
-    Tape& t = recording.tape;
-    const int part = recording.expression(f.parts[which]);
+/// Writes the programs of the part H_A (index 0) or H_B (index 1). Returns false if they are too large.
+bool write_part(const Formula& f, int index, Programs& p) {
+    FormulaTape formula_tape(f);
+    Tape& t = formula_tape.tape;
+    const int part = formula_tape.expression(f.parts[index]);
     if (t.full) return false;
-    const std::array<int, phase_size> g = record_derivatives(t, part, recording.input);
-    bool ignored;
-    return !t.full && write_gradient_halves(t, g, p.part_force[which], p.part_velocity[which], ignored);
+    const std::array<int, phase_size> g = record_derivatives(t, part, formula_tape.input);
+    bool separable;  // of this part; not used
+    return !t.full && write_gradient_halves(t, g, p.part_force[index], p.part_velocity[index], separable);
 }
 
 }  // namespace
@@ -168,8 +171,8 @@ const char* compile(const Formula& f, const RerecordedHamiltonian* compiled, Pro
     p.rescaled = f.rescale >= 0;
     p.parted = f.parts[0] >= 0;
     p.bounds_steps = compiled ? compiled->bounds_steps : f.length_scale >= 0;
-    if (f.node_count > formula_limit) return too_large;
-    bool fits = write_motion(f, compiled, p);
+    if (f.node_count > max_formula_nodes) return too_large;
+    bool fits = write_main_programs(f, compiled, p);
     for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);
     return fits ? nullptr : too_large;
 }

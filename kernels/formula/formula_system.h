@@ -7,7 +7,8 @@
 namespace kagero::formula {
 
 /// The Hamiltonian type of all formulas. Steppers are compiled once for separable formulas and once for all others. The
-/// type declares parts H_A and H_B for every formula; `Programs::parted` is true if a formula has them.
+/// type declares the part H_A for every formula, so that the recipe as printed is compiled; `Programs::parted` is true
+/// if a formula declares parts.
 template <bool separable>
 struct AnyFormula {
     template <class V>
@@ -16,8 +17,8 @@ struct AnyFormula {
     static V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>&, const V&);
 };
 
-/// ∂K/∂q as a function of p, or ∂K/∂p as a function of q. The constructor evaluates the part of the code that does not
-/// depend on this varying input.
+/// ∂K/∂q as a function of p, or ∂K/∂p as a function of q. The constructor executes the instructions that do not depend
+/// on p or q, respectively: the varying inputs.
 template <class V>
 class PreparedGradient {
 public:
@@ -85,25 +86,25 @@ private:
     alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::max_slots];
 };
 
-/// Writes a state as dual numbers, as inputs of a program. Their derivatives are those with respect to the components
-/// from … from + count − 1 of the state.
+/// Writes a state as dual numbers, for the inputs of a program. Component k of their derivatives is the derivative with
+/// respect to component first + k of the state (0 ≤ k < count).
 template <int count, class V>
-void make_dual_inputs(const State<V>& s, int from, Dual<V, count> (&in)[state_size]) {
-    using Forward = Dual<V, count>;
+void make_dual_inputs(const State<V>& s, int first, Dual<V, count> (&in)[state_size]) {
+    using DualNumber = Dual<V, count>;
     for (int k = 0; k < state_size; ++k)
-        in[k] = k >= from && k < from + count ? Forward::variable(s.y[k], k - from) : Forward(s.y[k]);
+        in[k] = k >= first && k < first + count ? DualNumber::variable(s.y[k], k - first) : DualNumber(s.y[k]);
 }
 
-/// One of the two parts H_A and H_B, as a system.
+/// The part H_A (index 0) or H_B (index 1), as a system.
 class PartSystem {
 public:
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
-    PartSystem(const Programs& programs, int which)
-        : force_(programs.part_force[which]), velocity_(programs.part_velocity[which]) {}
+    PartSystem(const Programs& programs, int index)
+        : force_(programs.part_force[index]), velocity_(programs.part_velocity[index]) {}
     template <class V>
-    Vec3<V> dq(const State<V>& s) const { return gradient_half(force_, s); }
+    Vec3<V> gradient_q(const State<V>& s) const { return gradient_half(force_, s); }
     template <class V>
-    Vec3<V> dp(const State<V>& s) const { return gradient_half(velocity_, s); }
+    Vec3<V> gradient_p(const State<V>& s) const { return gradient_half(velocity_, s); }
     template <class V>
     void mixed(const State<V>& s, V* out) const { mixed_of(force_, s, out); }
 
@@ -117,12 +118,12 @@ public:
     /// Computes ∂²K/∂q_i∂p_j (9 numbers, row by row), by forward-mode differentiation of the code of ∂K/∂q.
     template <class V>
     static void mixed_of(const Code& force, const State<V>& s, V* out) {
-        using Forward = Dual<V, space_size>;
-        Forward in[state_size], halves[space_size];
+        using DualNumber = Dual<V, space_size>;
+        DualNumber in[state_size], gradient[space_size];
         make_dual_inputs<space_size>(s, kick_varies.first, in);
-        evaluate(force, in, halves);
+        evaluate(force, in, gradient);
         for (int i = 0; i < space_size; ++i)
-            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = halves[i].derivative[k];
+            for (int k = 0; k < space_size; ++k) out[space_size * i + k] = gradient[i].derivative[k];
     }
 
 private:
@@ -142,50 +143,53 @@ class FormulaSystem {
 public:
     static constexpr bool separable = false, force_needs_p = true, velocity_needs_q = true;
     static constexpr Axes cyclic{};  // cyclic coordinates are unknown at compile time
-    bool rescaled;
+    bool rescaled;  ///< with time rescaling
 
     explicit FormulaSystem(const double* parameters)
-        : rescaled(formula::programs_in(parameters).rescaled), p_(formula::programs_in(parameters)), a_(p_, 0),
-          b_(p_, 1) {}
+        : rescaled(formula::programs_in(parameters).rescaled), programs_(formula::programs_in(parameters)),
+          a_(programs_, 0), b_(programs_, 1) {}
     const Parts& part_a() const { return a_; }
     const Parts& part_b() const { return b_; }
-    S level() const { return S(p_.level); }
+    S level() const { return S(programs_.level); }
 
+    /// Writes ∂K/∂(q, p).
     template <class V>
-    void derivatives(const State<V>& s, V* out) const { formula::evaluate(p_.derivatives, s.y, out); }
+    void derivatives(const State<V>& s, V* out) const { formula::evaluate(programs_.derivatives, s.y, out); }
     /// Returns an object that computes ∂K/∂(q, p) at the stages of a step.
     template <class V>
-    formula::StageEvaluator<V> derivatives_at(int stages) const { return {p_.derivatives, stages}; }
+    formula::StageEvaluator<V> derivatives_at(int stages) const { return {programs_.derivatives, stages}; }
     template <class V>
-    Vec3<V> dq(const State<V>& s) const { return Parts::gradient_half(p_.force, s); }
+    Vec3<V> gradient_q(const State<V>& s) const { return Parts::gradient_half(programs_.force, s); }
     template <class V>
-    Vec3<V> dp(const State<V>& s) const { return Parts::gradient_half(p_.velocity, s); }
+    Vec3<V> gradient_p(const State<V>& s) const { return Parts::gradient_half(programs_.velocity, s); }
     /// Returns ∂K/∂q at the position of s, as a function of p.
     template <class V>
-    formula::PreparedGradient<V> prepared_force(const State<V>& s) const { return {p_.force, s, kick_varies}; }
+    formula::PreparedGradient<V> prepared_force(const State<V>& s) const { return {programs_.force, s, kick_varies}; }
     /// Returns ∂K/∂p for the momentum of s, as a function of q.
     template <class V>
-    formula::PreparedGradient<V> prepared_velocity(const State<V>& s) const { return {p_.velocity, s, drift_varies}; }
+    formula::PreparedGradient<V> prepared_velocity(const State<V>& s) const {
+        return {programs_.velocity, s, drift_varies};
+    }
     template <class V>
-    void mixed(const State<V>& s, V* out) const { Parts::mixed_of(p_.force, s, out); }
+    void mixed(const State<V>& s, V* out) const { Parts::mixed_of(programs_.force, s, out); }
 
     /// Computes ∂²K/∂(q, p)² row by row, by forward-mode differentiation of the code of ∂K/∂(q, p). Each of two
     /// evaluations yields the derivatives with respect to half of the variables.
     template <class V>
     void hessian(const State<V>& s, V* out) const {
-        using Forward = Dual<V, space_size>;
-        for (int from = 0; from < phase_size; from += space_size) {
-            Forward in[state_size], g[phase_size];
-            formula::make_dual_inputs<space_size>(s, from, in);
-            formula::evaluate(p_.derivatives, in, g);
+        using DualNumber = Dual<V, space_size>;
+        for (int first = 0; first < phase_size; first += space_size) {
+            DualNumber in[state_size], g[phase_size];
+            formula::make_dual_inputs<space_size>(s, first, in);
+            formula::evaluate(programs_.derivatives, in, g);
             for (int i = 0; i < phase_size; ++i)
-                for (int k = 0; k < space_size; ++k) out[phase_size * i + from + k] = g[i].derivative[k];
+                for (int k = 0; k < space_size; ++k) out[phase_size * i + first + k] = g[i].derivative[k];
         }
     }
 
     /// Returns the program of ∂K/∂(q, p) as data.
-    ListingWithValues<S> derivatives_listing() const {
-        const formula::Nodes& n = p_.derivative_nodes;
+    ProgramWithUniforms<S> derivatives_with_uniforms() const {
+        const formula::Nodes& n = programs_.derivative_nodes;
         return {{n.nodes, nullptr, n.outputs, n.size}, nullptr};
     }
 
@@ -193,23 +197,24 @@ public:
     template <class V>
     V energy(const State<V>& s) const {
         V out[1] = {};
-        formula::evaluate(p_.value, s.y, out);
+        formula::evaluate(programs_.value, s.y, out);
         return out[0];
     }
     /// Returns Ω.
     template <class V>
     V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};
-        if (rescaled) formula::evaluate(p_.time_rescaling_factor, s.y, out);
+        if (rescaled) formula::evaluate(programs_.time_rescaling_factor, s.y, out);
         return out[0];
     }
+    /// Returns the event functions at s.
     template <class V>
     EventFunctions<V> event_functions(const State<V>& s) const {
         V out[formula::formula_function_count];
-        formula::evaluate(p_.event_functions, s.y, out);
-        if (!p_.bounds_steps) out[index_max_step_length] = V(std::numeric_limits<S>::max());
-        // A ray that neither ends here nor can continue gets the velocity NaN, so that it fails. A ray cannot continue
-        // where `domain` or `capture` is NaN, or where the step bound or Ω is not positive.
+        formula::evaluate(programs_.event_functions, s.y, out);
+        if (!programs_.bounds_steps) out[index_max_step_length] = V(std::numeric_limits<S>::max());
+        // A ray that neither ends in this state nor can continue gets the velocity NaN, so that it fails. A ray cannot
+        // continue where `domain` or `captured` is NaN, or where the step bound or Ω is not positive.
         const V zero(S(0)), &domain = out[index_domain], &captured = out[index_captured];
         const MaskOf<V> ends = (domain <= zero) | (captured <= zero);
         MaskOf<V> continues = (domain > zero) & (captured > zero) & (out[index_max_step_length] > zero);
@@ -221,7 +226,7 @@ public:
     }
 
 private:
-    const formula::Programs& p_;
+    const formula::Programs& programs_;
     Parts a_, b_;
 };
 

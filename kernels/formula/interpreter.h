@@ -6,7 +6,7 @@
 
 namespace kagero::formula {
 
-/// Returns the address of the slot at an offset of an instruction.
+/// Returns the address of a slot with N values, from the slot's offset in an instruction. `s` points to slot 0.
 template <class T, int N>
 KAGERO_INLINE T* slot_at(T* s, std::size_t offset) {
     constexpr std::size_t size = sizeof(T) * N;
@@ -15,14 +15,14 @@ KAGERO_INLINE T* slot_at(T* s, std::size_t offset) {
     return reinterpret_cast<T*>(reinterpret_cast<unsigned char*>(s) + offset);
 }
 
-/// Executes a run of one operation on N sets of slots: slot i of set n is s[i·N + n]. `accumulator` receives the
-/// results of the last instruction.
+/// Executes a run of one operation on N sets of slots: slot i of set n is s[i·N + n]. `instruction` points to the first
+/// instruction of the run. `accumulator` receives the results of the last instruction.
 template <Op op, class T, int N>
 KAGERO_INLINE void run_op(const Instruction* instruction, const Run& run, T* s, T (&accumulator)[N]) {
     for (int i = 0; i < run.count; ++i) {
-        const Instruction now = instruction[i];
-        T* result = slot_at<T, N>(s, now.result);
-        const T *a = slot_at<T, N>(s, now.a), *b = slot_at<T, N>(s, now.b), *c = slot_at<T, N>(s, now.c);
+        const Instruction current = instruction[i];
+        T* result = slot_at<T, N>(s, current.result);
+        const T *a = slot_at<T, N>(s, current.a), *b = slot_at<T, N>(s, current.b), *c = slot_at<T, N>(s, current.c);
         for (int n = 0; n < N; ++n) accumulator[n] = kagero::detail::apply_total<op, true, T>(a[n], b[n], c[n]);
         if (run.stores_result)
             for (int n = 0; n < N; ++n) result[n] = accumulator[n];
@@ -32,8 +32,8 @@ KAGERO_INLINE void run_op(const Instruction* instruction, const Run& run, T* s, 
 template <AccumulatorOp op, class T, int N>
 KAGERO_INLINE void run_accumulator_op(const Instruction* instruction, const Run& run, T* s, T (&accumulator)[N]) {
     for (int i = 0; i < run.count; ++i) {
-        const Instruction now = instruction[i];
-        const T *a = slot_at<T, N>(s, now.a), *b = slot_at<T, N>(s, now.b), *c = slot_at<T, N>(s, now.c);
+        const Instruction current = instruction[i];
+        const T *a = slot_at<T, N>(s, current.a), *b = slot_at<T, N>(s, current.b), *c = slot_at<T, N>(s, current.c);
         for (int n = 0; n < N; ++n) {
             if constexpr (op == AccumulatorOp::add) accumulator[n] = accumulator[n] + b[n];
             else if constexpr (op == AccumulatorOp::mul) accumulator[n] = accumulator[n] * b[n];

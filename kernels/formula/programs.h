@@ -1,4 +1,4 @@
-/// The programs of a formula. They are passed as the parameters of the Hamiltonian `formula`.
+/// The programs of a formula. A pointer to them is passed in place of the parameters of a Hamiltonian.
 #pragma once
 
 #include "kernels/formula/code.h"
@@ -14,28 +14,32 @@ struct Nodes {
     int size;
 };
 
-/// All programs of a formula. K is H − H0, or Ω·(H − H0) with time rescaling.
+/// All programs of a formula, and its properties. K is H − H0, or Ω·(H − H0) with time rescaling.
 struct Programs {
     Code derivatives, force, velocity;  ///< ∂K/∂(q, p), ∂K/∂q and ∂K/∂p
-    Nodes derivative_nodes;
+    Nodes derivative_nodes;             ///< ∂K/∂(q, p) as nodes
     Code value;                         ///< H − H0
     Code time_rescaling_factor;         ///< Ω
     Code event_functions;               ///< struct EventFunctions, and Ω
     Code part_force[2], part_velocity[2];  ///< gradients of the parts H_A and H_B
-    double level, pt;
-    bool separable, parted, rescaled, bounds_steps;
+    double level, pt;                   ///< H0 and p_t
+    bool separable;                     ///< K = ½|p|² + V(q)
+    bool parted;                        ///< the formula declares H_A and H_B
+    bool rescaled;                      ///< with time rescaling
+    bool bounds_steps;                  ///< the formula or the compiled Hamiltonian declares a step bound
 };
 
 /// Returns the programs to which Job::parameters points.
 inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
 
-/// Functions that record a compiled Hamiltonian on a tape again, at run time and with its parameters as constants.
+/// Functions that record a compiled Hamiltonian on a tape at run time, with its parameters as constants. They serve
+/// formulas that declare only a time rescaling factor Ω for a compiled Hamiltonian.
 struct RerecordedHamiltonian {
     int (*energy)(Tape&, const double* parameters);  ///< records H − H0 and returns its node
     /// Records the event functions.
     void (*record_events)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
                           std::array<int, event_function_count>& event_functions);
-    bool bounds_steps;
+    bool bounds_steps;  ///< the Hamiltonian declares a step bound
 };
 /// The functions that record the Hamiltonian H.
 template <class H>
@@ -47,11 +51,11 @@ inline constexpr RerecordedHamiltonian rerecorded{
     },
     BoundsSteps<H>};
 
-/// Differentiates a formula and writes its programs. Returns nullptr, or the reason why this is not possible.
-/// `compiled` is the compiled Hamiltonian if the formula only rescales one, else nullptr.
+/// Differentiates a formula and writes its programs. Returns nullptr, or the reason why this is not possible. If the
+/// formula only rescales a compiled Hamiltonian, `compiled` records that Hamiltonian; otherwise it is nullptr.
 const char* compile(const Formula& formula, const RerecordedHamiltonian* compiled, Programs& programs);
 
-/// Computes the start of a ray at q: the momentum p with ∂H/∂p = μ d, μ > 0, and H = H0.
+/// Computes the start of a ray at q with the direction d: the momentum p with ∂H/∂p = μ d, μ > 0, and H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out);
 
 /// Computes the inverse metric g^{ab} = ∂²H/∂p_a∂p_b at q. Returns false unless H is that of light in a spacetime:

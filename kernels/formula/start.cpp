@@ -1,5 +1,5 @@
-// The momentum p at the start of a ray with the direction d, for any H: the solution of the two equations ∂H/∂p = μ d
-// with μ > 0, and H = H0. Also the inverse metric of a formula that describes a spacetime.
+// Computes the momentum p at the start of a ray with the direction d, for any H: the solution of the two equations
+// ∂H/∂p = μ d with μ > 0, and H = H0. Also computes the inverse metric of a formula that describes a spacetime.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/numeric/linear_solve.h"
@@ -13,13 +13,14 @@ using Vector = std::array<double, 3>;
 
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double norm(const Vector& a) { return std::sqrt(dot(a, a)); }
-/// Returns a + by·along.
-Vector moved(const Vector& a, double by, const Vector& along) {
-    return {a[0] + by * along[0], a[1] + by * along[1], a[2] + by * along[2]};
+/// Returns a + s·b.
+Vector add_multiple(const Vector& a, double s, const Vector& b) {
+    return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
 }
-double distance(const Vector& a, const Vector& b) { return norm(moved(a, -1, b)); }
+double distance(const Vector& a, const Vector& b) { return norm(add_multiple(a, -1, b)); }
 
-/// H − H0 at (q, p) with its first and second derivatives with respect to p: 3 components, or 4 with p_t.
+/// H − H0 at (q, p), and the first and second derivatives of H with respect to the n = 3 components of p, or the n = 4
+/// components of p and p_t.
 template <std::size_t n>
 struct Expansion {
     double value;
@@ -39,43 +40,44 @@ struct Expansion {
 /// Returns the second-order expansion of H − H0 at (q, p).
 template <std::size_t n>
 Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::array<double, n>& p) {
-    using First = Dual<double, n>;
-    using Second = Dual<First, n>;
-    Second in[state_size], out[1];
-    for (int i = 0; i < space_size; ++i) in[i] = Second(q[i]);
-    in[component_pt] = Second(programs.pt);
-    for (std::size_t a = 0; a < n; ++a) in[component_px + a] = Second::variable(First::variable(p[a], int(a)), int(a));
+    using FirstOrder = Dual<double, n>;
+    using SecondOrder = Dual<FirstOrder, n>;
+    SecondOrder in[state_size], out[1];
+    for (int i = 0; i < space_size; ++i) in[i] = SecondOrder(q[i]);
+    in[component_pt] = SecondOrder(programs.pt);
+    for (std::size_t a = 0; a < n; ++a)
+        in[component_px + a] = SecondOrder::variable(FirstOrder::variable(p[a], int(a)), int(a));
     evaluate(programs.value, in, out);
     Expansion<n> e{out[0].value.value, out[0].value.derivative, {}};
     for (std::size_t a = 0; a < n; ++a) e.hessian[a] = out[0].derivative[a].derivative;
     return e;
 }
 
-/// Returns H − H0 and writes its gradient with respect to p. This is far cheaper than the second-order expansion.
+/// Returns H − H0 and writes ∂H/∂p to `gradient`. This function is far cheaper than the second-order expansion.
 double value_and_gradient(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
-    using First = Dual<double, 3>;
-    First in[state_size], out[1];
+    using DualNumber = Dual<double, 3>;
+    DualNumber in[state_size], out[1];
     for (int i = 0; i < space_size; ++i) {
-        in[i] = First(q[i]);
-        in[momentum(i)] = First::variable(p[i], i);
+        in[i] = DualNumber(q[i]);
+        in[momentum(i)] = DualNumber::variable(p[i], i);
     }
-    in[component_pt] = First(programs.pt);
+    in[component_pt] = DualNumber(programs.pt);
     evaluate(programs.value, in, out);
     gradient = out[0].derivative;
     return out[0].value;
 }
 
-/// Solves the equations for the second-order expansion of H, with gradient g and Hessian G. The new p is p + G⁻¹(μ d −
-/// g), and H = H0 determines μ. For H quadratic in p, the result is exact from every start. Returns false if there is
-/// no real solution.
+/// Solves both equations with the second-order expansion of H in place of H. The new p is p + G⁻¹(μ d − g), where g is
+/// the gradient and G is the Hessian; H = H0 determines μ. If H is quadratic in p, the result is exact for every
+/// initial p. Returns false if there is no real solution.
 bool quadratic_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) {
     std::array<Vector, 3> a = e.hessian, b = e.hessian;
     Vector inverse_d = d, inverse_g = e.gradient;
     solve_linear(3, a.data(), inverse_d.data());
     solve_linear(3, b.data(), inverse_g.data());  // G⁻¹ d, G⁻¹ g
-    const double square = 2 * (0.5 * dot(e.gradient, inverse_g) - e.value) / dot(d, inverse_d);
-    if (!(square > 0) || !std::isfinite(square)) return false;
-    mu = std::sqrt(square);
+    const double mu2 = 2 * (0.5 * dot(e.gradient, inverse_g) - e.value) / dot(d, inverse_d);
+    if (!(mu2 > 0) || !std::isfinite(mu2)) return false;
+    mu = std::sqrt(mu2);
     for (int i = 0; i < 3; ++i) p[i] += mu * inverse_d[i] - inverse_g[i];
     return std::isfinite(dot(p, p));
 }
@@ -98,51 +100,51 @@ void newton_step(const Expansion<3>& e, const Vector& d, Vector& p, double& mu) 
     mu += b[3];
 }
 
-/// Returns the sum of the residuals of both equations at p, each relative to its terms. `value` is H − H0 and
-/// `gradient` is ∂H/∂p; d is a unit vector.
+/// Returns the sum of the relative residuals of both equations at p. `value` is H − H0 and `gradient` is ∂H/∂p; d is a
+/// unit vector. The result is infinite if μ ≤ 0.
 double residual(double value, const Vector& gradient, const Vector& d, const Vector& p, double level) {
     const double mu = dot(gradient, d);
     if (!(mu > 0)) return std::numeric_limits<double>::infinity();
-    Vector rest;
-    for (int i = 0; i < 3; ++i) rest[i] = gradient[i] - mu * d[i];
-    return norm(rest) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
+    Vector across;  // the part of ∂H/∂p that is perpendicular to d
+    for (int i = 0; i < 3; ++i) across[i] = gradient[i] - mu * d[i];
+    return norm(across) / mu + std::abs(value) / (std::abs(dot(p, gradient)) + std::abs(level));
 }
 
-/// Refines p by Newton's method until rounding prevents further progress. Returns false if the iteration does not
-/// converge to a solution.
+/// Improves p by Newton's method until rounding prevents further progress; mu is the initial guess of μ. Returns false
+/// if the iteration does not converge to a solution.
 bool refine(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double mu) {
     constexpr int max_iterations = 60;
     constexpr double tolerance = 1e-11, rounding = 1e-14;
     Vector gradient;
     const double value = value_and_gradient(programs, q, p, gradient);
     if (residual(value, gradient, d, p, programs.level) < rounding) return true;  // usual if H is quadratic in p
-    double last = std::numeric_limits<double>::infinity();
+    double least = std::numeric_limits<double>::infinity();
     Vector best = p;
     for (int i = 0; i < max_iterations; ++i) {
         const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) break;
-        const double now = residual(e.value, e.gradient, d, p, programs.level);
-        if (now >= last && last < tolerance) break;
-        if (now < last) {
+        const double current = residual(e.value, e.gradient, d, p, programs.level);
+        if (current >= least && least < tolerance) break;
+        if (current < least) {
             best = p;
-            last = now;
+            least = current;
         }
-        if (now == 0) break;
+        if (current == 0) break;
         newton_step(e, d, p, mu);
     }
     p = best;
-    return last < tolerance;
+    return least < tolerance;
 }
 
-/// Finds the sign change of H − H0 that is nearest to the point c, on the half-line from c along d (side 1) or −d
-/// (side −1). Only a change from negative to positive in the direction of d counts. Returns its signed distance from c
-/// along d; 0 if there is none.
+/// Finds the sign change of H − H0 that is nearest to the point c of momentum space, on the half-line from c along d
+/// (side 1) or −d (side −1). Only a change from negative to positive in the direction of d counts. Returns the signed
+/// distance of the sign change from c along d; 0 if there is none.
 double find_level_crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d,
                            double side) {
     constexpr double nearest = 1e-12, farthest = 1e12;
-    const auto value = [&](double at) {
+    const auto value = [&](double distance_from_c) {
         Vector unused;
-        return side * value_and_gradient(programs, q, moved(c, side * at, d), unused);
+        return side * value_and_gradient(programs, q, add_multiple(c, side * distance_from_c, d), unused);
     };
     double below = nearest, above = 2 * below;
     for (; above < farthest; below = above, above *= 2)
@@ -153,9 +155,9 @@ double find_level_crossing(const Programs& programs, const double (&q)[3], const
     return side * above;
 }
 
-/// Finds a point p inside the level set H = H0, where side·(H − H0) < 0. If the set is convex, every line through the
-/// point crosses it. Newton's method starts from p = 0 and approaches a stationary point of H; it stops at the first
-/// point inside. Returns the zero vector if none is found.
+/// Finds a point p inside the surface H = H0 of momentum space: a point with side·(H − H0) < 0. If the surface is
+/// convex, every line through the point crosses it. Newton's method starts from p = 0 and approaches a stationary point
+/// of H; it stops at the first point inside. Returns the zero vector if no point is found.
 Vector find_inner_point(const Programs& programs, const double (&q)[3], double side) {
     constexpr int max_iterations = 100;
     Vector p{};
@@ -167,47 +169,48 @@ Vector find_inner_point(const Programs& programs, const double (&q)[3], double s
         Vector step = e.gradient;
         for (int k = 0; k < 3; ++k) g[k][k] += std::numeric_limits<double>::min();
         solve_linear(3, g.data(), step.data());
-        p = moved(p, -1, step);
+        p = add_multiple(p, -1, step);
     }
     return {};
 }
 
-/// Solves both equations for p and μ by Newton's method, from a guess close to the solution. It iterates until the
-/// steps no longer shrink, because in directions in which H is flat p converges later than the residual. Returns false
-/// if it does not converge, or if p moves by more than half of its initial length.
+/// Solves both equations for p and μ by Newton's method, from a guess close to the solution. The iteration ends when
+/// its steps no longer shrink: in directions in which H is nearly constant, p converges later than the residual.
+/// Returns false if there is no convergence, or if p moves by more than half of its initial length.
 bool solve_momentum(const Programs& programs, const double (&q)[3], const Vector& d, Vector& p, double& mu) {
     constexpr int max_iterations = 16;
-    constexpr double tolerance = 1e-8, rounding = 1e-13, max_distance = 0.5, least_shrinkage = 0.5;
-    const Vector first = p;
-    double last = std::numeric_limits<double>::infinity();
+    constexpr double tolerance = 1e-8, rounding = 1e-13, max_distance = 0.5, convergence_factor = 0.5;
+    const Vector initial_p = p;
+    double previous_step = std::numeric_limits<double>::infinity();
     for (int i = 0; i < max_iterations; ++i) {
         const Expansion<3> e = expand<3>(programs, q, p);
         if (!e.finite()) return false;
-        const bool holds = residual(e.value, e.gradient, d, p, programs.level) < tolerance;
+        const bool small_residual = residual(e.value, e.gradient, d, p, programs.level) < tolerance;
         Vector next = p;
         double next_mu = mu;
         newton_step(e, d, next, next_mu);
         const double step = distance(next, p);
-        if (holds && (step <= rounding * norm(p) || step >= least_shrinkage * last)) return true;
+        if (small_residual && (step <= rounding * norm(p) || step >= convergence_factor * previous_step)) return true;
         p = next;
         mu = next_mu;
-        last = step;
-        if (!(distance(p, first) <= max_distance * norm(first))) return false;
+        previous_step = step;
+        if (!(distance(p, initial_p) <= max_distance * norm(initial_p))) return false;
     }
     return false;
 }
 
-/// Follows the solution by continuation. At first ∂H/∂p points along `from`; at the end it points along d. The
-/// direction turns in small steps, and each solution is the guess for the next one. This also works if no guess along d
-/// is close to the solution, for example with powers higher than two. Returns false if the continuation stops before d.
-bool continue_to(const Programs& programs, const double (&q)[3], const Vector& from, const Vector& d, Vector& p,
+/// Solves both equations for the direction d by continuation, from a solution p, μ for the direction `initial_d`. The
+/// direction turns in small steps, and each solution is the guess for the next direction. This also works if no guess
+/// along d is close to the solution, for example if H contains higher powers of p than the second. Returns false if the
+/// continuation stops before d.
+bool continue_to(const Programs& programs, const double (&q)[3], const Vector& initial_d, const Vector& d, Vector& p,
                  double& mu) {
-    constexpr int max_steps = 100;  // each success multiplies the step by 4
-    double done = 0, step = 1;
-    for (int n = 0; n < max_steps && done < 1 && done + step > done; ++n) {
-        const double fraction = std::min(1.0, done + step);
+    constexpr int max_steps = 100;
+    double completed = 0, step = 1;  // fractions of the way from initial_d to d
+    for (int n = 0; n < max_steps && completed < 1 && completed + step > completed; ++n) {
+        const double fraction = std::min(1.0, completed + step);
         Vector target;
-        for (int i = 0; i < 3; ++i) target[i] = (1 - fraction) * from[i] + fraction * d[i];
+        for (int i = 0; i < 3; ++i) target[i] = (1 - fraction) * initial_d[i] + fraction * d[i];
         const double length = norm(target);
         for (double& component : target) component /= length;
         Vector tried = p;
@@ -215,15 +218,15 @@ bool continue_to(const Programs& programs, const double (&q)[3], const Vector& f
         if (solve_momentum(programs, q, target, tried, tried_mu)) {
             p = tried;
             mu = tried_mu;
-            done = fraction;
+            completed = fraction;
             step *= 4;
         } else step *= 0.125;
     }
-    return done >= 1;
+    return completed >= 1;
 }
 
-/// Returns true if the expansion e at p agrees with the homogeneous quadratic form with the matrix g.
-bool is_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double, 4>& p) {
+/// Returns true if the expansion e at p is that of ½ g^{ab} p_a p_b.
+bool is_quadratic_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double, 4>& p) {
     constexpr double rounding = 1e-12;
     double value = 0, greatest = 0, deviation = 0;
     for (int a = 0; a < 4; ++a) {
@@ -244,18 +247,19 @@ bool is_form(const Expansion<4>& e, const Matrix<4>& g, const std::array<double,
 
 bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric) {
     if (programs.level != 0 || !(programs.pt > 0)) return false;
-    const std::array<double, 4> rest{0, 0, 0, 1}, moving{0.6, -0.3, 0.7, 0.8};
-    const Expansion<4> at_rest = expand<4>(programs, q, rest);
-    inverse_metric = at_rest.hessian;
-    // An H that does not contain p_t has no metric.
-    return inverse_metric[3][3] < 0 && is_form(at_rest, inverse_metric, rest) &&
-           is_form(expand<4>(programs, q, moving), inverse_metric, moving);
+    // H is compared with the quadratic form at two points.
+    const std::array<double, 4> p_first{0, 0, 0, 1}, p_second{0.6, -0.3, 0.7, 0.8};
+    const Expansion<4> first = expand<4>(programs, q, p_first);
+    inverse_metric = first.hessian;
+    // g^{tt} is 0 if H does not contain p_t; H then has no metric.
+    return inverse_metric[3][3] < 0 && is_quadratic_form(first, inverse_metric, p_first) &&
+           is_quadratic_form(expand<4>(programs, q, p_second), inverse_metric, p_second);
 }
 
-/// Tries several methods and returns the first solution. The quadratic step from p = 0 comes first: for H quadratic in
-/// p, it yields the same root as for compiled Hamiltonians. Then quadratic steps and Newton's method start from guesses
-/// along d, in order of their distance from |p| = 1. Finally, continuation starts from points on lines along d where
-/// H = H0.
+/// Tries several methods in turn and returns the first solution. First come a quadratic step and Newton's method from
+/// p = 0: for H quadratic in p, the result is the same solution as for compiled Hamiltonians. The next guesses are s d
+/// with s = 1, ½, 2 and further values of s in order of their distance from 1. Finally, continuation starts from points
+/// on lines along d where H = H0.
 Failure start_along(const Programs& programs, const double (&q)[3], const double (&d)[3], RayStart& out) {
     out = {{q[0], q[1], q[2]}, {0, 0, 0}, programs.pt, Failure::none, false, false};
     const double length = std::hypot(d[0], d[1], d[2]);
@@ -269,9 +273,9 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
         return true;
     };
     constexpr double guesses[] = {0, 1, 0.5, 2, 0.125, 8, 1.0 / 64, 64, 1e-4, 1e4};
-    bool defined = false;
+    bool defined = false;  // H and its derivatives are finite for a guess
     for (const double guess : guesses) {
-        const Vector start = moved({}, guess, unit);
+        const Vector start = add_multiple({}, guess, unit);
         const Expansion<3> e = expand<3>(programs, q, start);
         if (!e.finite()) continue;
         defined = true;
@@ -288,11 +292,11 @@ Failure start_along(const Programs& programs, const double (&q)[3], const double
             if (from_inside && norm(c) == 0) continue;
             const double offset = find_level_crossing(programs, q, c, unit, side);
             if (offset == 0) continue;
-            Vector p = moved(c, offset, unit), from;
-            value_and_gradient(programs, q, p, from);
-            double mu = norm(from);
-            for (double& component : from) component /= mu;
-            if (continue_to(programs, q, from, unit, p, mu) && solves(p, mu)) return Failure::none;
+            Vector p = add_multiple(c, offset, unit), initial_d;
+            value_and_gradient(programs, q, p, initial_d);
+            double mu = norm(initial_d);
+            for (double& component : initial_d) component /= mu;
+            if (continue_to(programs, q, initial_d, unit, p, mu) && solves(p, mu)) return Failure::none;
         }
     return out.failure = defined ? Failure::no_momentum : Failure::singular_start;
 }

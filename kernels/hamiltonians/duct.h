@@ -32,7 +32,7 @@ struct Duct {
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.2;
     /// The length scale of the ripple, or the height over which n changes, whichever is shorter. For the default
-    /// parameters they are nearly equal.
+    /// parameters, the two lengths are nearly equal.
     static constexpr const char* step_goes_with = "min(1/wavenumber, 0.075*(n0/n3)^(1/3))";
 
     template <class V>
@@ -56,7 +56,7 @@ struct Duct {
         return 1.0 / n(k, q);
     }
 
-    /// H_A contains the horizontal components of the momentum, H_B the vertical one.
+    /// H_A contains the horizontal components of the momentum, H_B the vertical component.
     template <class V>
     static constexpr V part_a(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
         return 0.5 * n(k, q) * (p.x * p.x + p.y * p.y);

@@ -9,7 +9,7 @@ namespace kagero::hamiltonians {
 ///     H = ½ (|p|² − N²),  N² = n0² (1 − α² (x² + y²))     Snyder & Love (1983), §1-8
 ///
 /// Coordinates: Cartesian, axis z. Units: scene lengths; n0 is a number, α an inverse length. Level: H0 = 0. Conserved:
-/// p_z, x p_y − y p_x. Domain: N² > 0; no ray leaves it, because |p|² = N². x and y oscillate harmonically in τ with
+/// p_z, x p_y − y p_x. Domain: N² > 0; no ray leaves it, because |p|² = N². x and y oscillate harmonically in λ with
 /// the angular frequency n0 α.
 struct Fiber : IndexMedium<Fiber> {
     static constexpr const char* name = "fiber";

@@ -9,7 +9,7 @@ namespace kagero::hamiltonians {
 ///     H = ½ (|p|² − N²),  N² = n0² − g z                 Born & Wolf, §3.2
 ///
 /// Coordinates: Cartesian, z up. Units: scene lengths; n0 is a number, g an inverse length. Level: H0 = 0. Conserved:
-/// p_x, p_y. Domain: N² > 0; no ray leaves it, because |p|² = N². The exact solution is z = z0 + p_z τ − g τ²/4.
+/// p_x, p_y. Domain: N² > 0; no ray leaves it, because |p|² = N². The exact solution is z = z0 + p_z λ − g λ²/4.
 struct Gradient : IndexMedium<Gradient> {
     static constexpr const char* name = "gradient";
     static constexpr const char* what = "medium whose squared index is linear in z: parabolic rays";

@@ -12,13 +12,14 @@ namespace kagero::hamiltonians {
 ///
 /// Coordinates: Cartesian Kerr–Schild x, y, z relative to the centre of the hole, spin along +z. r is the
 /// Boyer–Lindquist radius; on the equator x² + y² = r² + a². Units: scene lengths; M = GM/c², and spin = a/M is a
-/// number. Without spin, this is `schwarzschild` with r_g = 2M. Level: H0 = 0, null rays. Conserved: H, p_t, x p_y − y
-/// p_x, Carter's constant.
+/// number. Without spin, the space equals `schwarzschild` with r_g = 2M. Level: H0 = 0, null rays. Conserved: H, p_t,
+/// x p_y − y p_x, Carter's constant.
 ///
 /// Domain: outside the ring singularity r = 0, which no ray reaches. A ray with p_t > 0 is captured at the outer
-/// horizon r₊ = M + √(M² − a²). In pictures without surfaces farther inward, it is already captured inside r = 3M if it
-/// moves inward and cannot turn back. Rays are followed backward from the camera. In a picture with the spin axis
-/// upward, the left edge of the shadow is the prograde edge, which is closer to the centre of the hole.
+/// horizon r₊ = M + √(M² − a²). A ray that moves inward inside r = 3M and cannot turn back is already captured there.
+/// Scenes with surfaces inside this radius reduce it (Job::capture_radius). Rays are followed backward from the camera.
+/// In a picture with the spin axis upward, the left edge of the shadow is the prograde edge, which is closer to the
+/// centre of the hole.
 struct Kerr {
     static constexpr const char* name = "kerr";
     static constexpr const char* what = "rotating black hole, Kerr-Schild coordinates";
@@ -78,45 +79,46 @@ struct Kerr {
     }
 
     /// Rays with p_t > 0 are captured at the horizon. Inside r = 3M an inward ray is captured if its radial potential
-    /// is positive down to the horizon; without spin this is true for every ray. dr/dλ has the sign of r² x·v + a² z
-    /// v_z.
+    /// is positive down to the horizon; without spin this is true for every inward ray. dr/dλ has the sign of
+    /// r² x·v + a² z v_z.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v,
                                 const V& pt) {
         const V r = radius(k, q), a = k.mass * k.spin;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0))));
-        const V outward = r * r * dot(q, v) + a * a * (q.z * v.z),
-                within = max(r - 3.0 * k.mass, -min_radial_potential(k, q, p, pt));
-        return min(max(r - horizon, -pt), max(within, outward));
+        const V outward = r * r * dot(q, v) + a * a * (q.z * v.z);  // > 0 if the ray moves outward
+        // > 0 if the ray can turn back.
+        const V can_turn_back = max(r - 3.0 * k.mass, -min_radial_potential(k, q, p, pt));
+        return min(max(r - horizon, -pt), max(can_turn_back, outward));
     }
     /// Returns a lower bound of the radial potential between the horizon and q, divided by r⁴ at q. An inward ray
     /// cannot turn back if the bound is positive, because the potential is zero at a turning point (Carter 1968):
     ///
     ///     R = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) = (Σ dr/dλ)²
     ///
-    /// Let ρ be the radius divided by r at q. Then R divided by r⁴ at q is
+    /// L = x p_y − y p_x, Q is Carter's constant, Δ = r² − 2Mr + a², and Σ = r² + a² cos²θ. Let ρ be the radius divided
+    /// by r at q. Then R divided by r⁴ at q is
     ///
     ///     p_t² ρ⁴ − A ρ² + 2 B ρ − C,   A = (L² + Q − a² p_t²)/r², B = M ((L + a p_t)² + Q)/r³, C = a² Q/r⁴
     ///
     /// For ρ² ≤ A/(6 p_t²) this polynomial is concave, and not less than the smaller of its values at the ends of the
     /// interval; at the horizon it is a square. For greater ρ it is convex and lies above its tangents. The tangents at
     /// ρ = 1 and at the result of Newton's method for the minimum are used. Newton's method approaches the minimum from
-    /// above.
+    /// above. In the code, all lengths are in units of r at q.
     template <class V>
     static constexpr V min_radial_potential(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V r = radius(k, q), inverse = 1.0 / r, spin = k.mass * k.spin * inverse, spin2 = spin * spin,
-                pt2 = pt * pt;
+        const V r = radius(k, q), inverse = 1.0 / r, a = k.mass * k.spin * inverse, a2 = a * a, pt2 = pt * pt;
         const Vec3<V> n = inverse * q;
-        const V horizontal = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, ring = 1.0 + spin2;
-        const V carter = n.z * n.z * (ring * (p.x * p.x + p.y * p.y) - spin2 * pt2) - 2.0 * n.z * p.z * horizontal +
-                         (n.x * n.x + n.y * n.y) * (p.z * p.z) / ring;
-        const V l_plus_a_pt = l + spin * pt;
-        const V A = l * l + carter - spin2 * pt2, B = k.mass * inverse * (l_plus_a_pt * l_plus_a_pt + carter),
-                C = spin2 * carter;
+        const V horizontal = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, one_plus_a2 = 1.0 + a2;
+        const V carter = n.z * n.z * (one_plus_a2 * (p.x * p.x + p.y * p.y) - a2 * pt2) -
+                         2.0 * n.z * p.z * horizontal + (n.x * n.x + n.y * n.y) * (p.z * p.z) / one_plus_a2;
+        const V l_plus_a_pt = l + a * pt;
+        const V A = l * l + carter - a2 * pt2, B = k.mass * inverse * (l_plus_a_pt * l_plus_a_pt + carter),
+                C = a2 * carter;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
         const V convex_from = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
         const auto slope = [&](const V& rho) { return 4.0 * pt2 * (rho * rho * rho) - 2.0 * A * rho + 2.0 * B; };
-        // The value at convex_from of the tangent at rho: its minimum for ρ ≥ convex_from, as its slope is ≥ 0.
+        // The tangent at rho has a slope ≥ 0, so its minimum for ρ ≥ convex_from is its value at convex_from.
         const auto tangent_minimum = [&](const V& rho) {
             const V rho2 = rho * rho;
             return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope(rho) * (rho - convex_from);
@@ -127,17 +129,17 @@ struct Kerr {
         return max(tangent_minimum(V(1.0)), tangent_minimum(rho));
     }
 
-    /// Near the horizon, light that moves outward has p ∝ 1/(r − r₊); the bound is a fifth of |r − r₊|. Farther out it
-    /// grows with the cube of this distance, so that it does not limit reasonable steps beyond r = 2 r₊. It is never
-    /// greater than ½ Σ/(r + |a|) with Σ = r² + a² cos²θ. This limit has an effect only inside the horizon; near the
-    /// ring singularity it is the distance from the ring.
+    /// Near the horizon, light that moves outward has p ∝ 1/(r − r₊); the bound is a fifth of |r − r₊|. Farther out
+    /// the bound grows with the cube of this distance, so that it does not limit usual steps beyond r = 2 r₊. The bound
+    /// is at most ½ Σ/(r + |a|) with Σ = r² + a² cos²θ. This maximum has an effect only inside the horizon; Σ/(r + |a|)
+    /// is about the distance from the ring singularity near it.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = radius(k, q), s2 = k.spin * k.spin, a = k.mass * sqrt(s2), az = a * q.z;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), distance = r - horizon;
         const V d = max(max(distance, -distance), 1e-7 * horizon), ratio = d / horizon;
-        const V from_ring = (r * r + az * az / (r * r)) / (r + a);
-        return min(d * (0.2 + ratio * ratio), 0.5 * from_ring);
+        const V ring_distance = (r * r + az * az / (r * r)) / (r + a);
+        return min(d * (0.2 + ratio * ratio), 0.5 * ring_distance);
     }
 
     /// For observers (see schwarzschild.h): dt_BL = dt + time_offset_gradient dr, where t_BL is the Boyer–Lindquist
@@ -151,8 +153,8 @@ struct Kerr {
     /// √(2Mr)/(√(2Mr) + √(r² + a²)).
     template <class V>
     static constexpr V infall(const Parameters<V>& k, const V& r) {
-        const V a = k.spin * k.mass, root = sqrt(2.0 * k.mass * r);
-        return root / (root + sqrt(r * r + a * a));
+        const V a = k.spin * k.mass, sqrt_2mr = sqrt(2.0 * k.mass * r);
+        return sqrt_2mr / (sqrt_2mr + sqrt(r * r + a * a));
     }
 
     static constexpr Hole hole(const Parameters<double>& k) { return {k.mass, k.mass * k.spin}; }

@@ -20,7 +20,7 @@ struct Luneburg : IndexMedium<Luneburg> {
     static constexpr std::array parameters{
         ParameterInfo{"radius", 1.0, 0, unlimited, true, Unit::length, "R, radius of the ball"},
     };
-    static constexpr const char* method = "gauss8";  // its stages are inside the step and do not cross the surface
+    static constexpr const char* method = "gauss8";  // no stage lies at an end of a step, where the gradient jumps
     static constexpr double step = 0.25;
     static constexpr const char* step_goes_with = "radius";
 

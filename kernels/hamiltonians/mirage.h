@@ -21,7 +21,7 @@ struct Mirage {
     static constexpr const char* source = "Satoh (2003), eqs. (17), (18)";
     static constexpr const char* conserved = "py";
     static constexpr std::array parameters{
-        ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n at the camera's height, without the ripple"},
+        ParameterInfo{"n0", 0.85, 0, unlimited, true, Unit::number, "n at z = 0, without the ripple"},
         ParameterInfo{"n3", 0.3, -unlimited, unlimited, false, Unit::per_length_cubed, "coefficient of -z^3 in n"},
         ParameterInfo{"ripple", 0.03, -unlimited, unlimited, false, Unit::number, "amplitude of the ripple along x"},
         ParameterInfo{"wavenumber", 9.42477796076937971539, 0, unlimited, false, Unit::per_length,
@@ -33,7 +33,7 @@ struct Mirage {
     static constexpr const char* method = "srkn6";
     static constexpr double step = 0.1;
     /// The length scale of the ripple, or the height over which n changes, whichever is shorter. For the default
-    /// parameters they are nearly equal.
+    /// parameters, the two lengths are nearly equal.
     static constexpr const char* step_goes_with = "min(1/wavenumber, 0.075*(n0/abs(n3))^(1/3))";
 
     template <class V>
@@ -62,15 +62,16 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Returns 0.2 n/|∇n|: near the edge of the medium the curvature of rays grows as n decreases, and n changes by
-    /// about a fifth of its value in a step. The constant 1e-30 keeps the bound finite where ∇n = 0.
+    /// Returns 0.2 n/|∇n| with an upper bound of |∇n|: n changes by at most about a fifth of its value in a step. Near
+    /// the edge of the medium, the curvature of rays grows as n decreases. The constant 1e-30 keeps the result finite
+    /// where ∇n = 0.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
-        const V along = k.ripple * k.wavenumber, upward = 3.0 * k.n3 * (q.z * q.z);
-        return 0.2 * max(n(k, q), k.n_min) / sqrt(along * along + upward * upward + 1e-30);
+        const V max_gradient_x = k.ripple * k.wavenumber, gradient_z = 3.0 * k.n3 * (q.z * q.z);
+        return 0.2 * max(n(k, q), k.n_min) / sqrt(max_gradient_x * max_gradient_x + gradient_z * gradient_z + 1e-30);
     }
 
-    /// H_A contains the horizontal components of the momentum, H_B the vertical one.
+    /// H_A contains the horizontal components of the momentum, H_B the vertical component.
     template <class V>
     static constexpr V part_a(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V&) {
         return 0.5 * n(k, q) * (p.x * p.x + p.y * p.y);

@@ -11,9 +11,10 @@ namespace kagero::hamiltonians {
 /// Coordinates: Cartesian Kerr–Schild x, y, z relative to the centre of the hole, r = |x|. Units: scene lengths;
 /// r_g = 2GM/c². Level: H0 = 0, null rays. Conserved: H, p_t (H does not depend on time), x × p.
 ///
-/// Domain: r > 0. A ray with p_t > 0 crosses r = r_g smoothly, and would be ejected again near r = 0. It is therefore
-/// captured at r ≤ r_g. In pictures without surfaces farther inward, it is already captured when it moves inward inside
-/// the photon sphere r = 3/2 r_g, from which no inward ray returns (Chandrasekhar 1983, §20).
+/// Domain: r > 0. A ray with p_t > 0 crosses the horizon r = r_g inward; near r = 0 it would turn outward again. It is
+/// therefore captured at r ≤ r_g. No inward ray returns from inside the photon sphere r = 3/2 r_g (Chandrasekhar 1983,
+/// §20), so it is already captured there. Scenes with surfaces inside the photon sphere reduce this radius
+/// (Job::capture_radius).
 struct Schwarzschild {
     static constexpr const char* name = "schwarzschild";
     static constexpr const char* what = "spherical black hole, Kerr-Schild coordinates";
@@ -54,16 +55,16 @@ struct Schwarzschild {
 
     /// Advances q and p by the exact flow of part_b over the time t. With u = p_t + x·p/r, the flow conserves n = x/r,
     /// the angular momentum and w = u/√r, so that r^{3/2} decreases linearly: r_end = c^{2/3} with c = r^{3/2} − (3/2)
-    /// r_g w t. The cube root is computed by Halley's iteration, which starts at √r.
+    /// r_g w t. The cube root of c is computed by Halley's iteration, which starts at √r.
     template <class V>
     static constexpr void remainder_flow(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
-        const V r = norm(q), root = sqrt(r);
+        const V r = norm(q), sqrt_r = sqrt(r);
         const Vec3<V> n = (V(1) / r) * q;
-        const V pr = dot(n, p), w = (pt + pr) / root;
-        // c ≤ 0 means that the ray reaches the centre. A small positive c puts it near the centre, where it is
-        // captured.
-        const V c = max(r * root - V(1.5) * k.rg * w * t, V(1e-6) * r * root);
-        V s = root;
+        const V pr = dot(n, p), w = (pt + pr) / sqrt_r;
+        // c ≤ 0 means that the ray reaches the centre. With a small positive c the ray ends near the centre, where it
+        // is captured.
+        const V c = max(r * sqrt_r - V(1.5) * k.rg * w * t, V(1e-6) * r * sqrt_r);
+        V s = sqrt_r;  // converges to the cube root of c
         for (int i = 0; i < 6; ++i) {
             const V cube = s * s * s;
             s = s * (cube + V(2) * c) / (V(2) * cube + c);
@@ -80,8 +81,8 @@ struct Schwarzschild {
         return norm(q);
     }
 
-    /// Only rays with p_t > 0 are captured at the horizon. Rays with p_t < 0, which a falling observer sees, cross it
-    /// outward.
+    /// Only rays with p_t > 0 are captured at the horizon. Rays with p_t < 0, which a falling observer sees, cross the
+    /// horizon outward.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>&, const Vec3<V>& v,
                                 const V& pt) {
@@ -91,9 +92,9 @@ struct Schwarzschild {
     }
 
     /// Near the horizon, light that moves outward has p ∝ 1/(r − r_g); the bound is a quarter of |r − r_g|. Farther out
-    /// it grows with the cube of this distance. Beyond r = 5/4 r_g it does not limit reasonable steps, but no step is
-    /// longer than 0.9 r, so that none jumps over the hole. At the horizon the bound is positive, so that rays with p_t
-    /// < 0 can cross it.
+    /// the bound grows with the cube of this distance, and it does not limit usual steps beyond r = 5/4 r_g. No step is
+    /// longer than 0.9 r, so that none jumps over the hole. The bound is positive at the horizon, so that rays with p_t
+    /// < 0 can cross the horizon.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = norm(q), distance = r - k.rg, d = max(max(distance, -distance), 1e-7 * k.rg), ratio = d / k.rg;
@@ -105,8 +106,8 @@ struct Schwarzschild {
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V&) {
         return 0.5 * u * u - 0.5 * k.rg * u * u * u;
     }
-    /// U = p_t + p·x/r satisfies (1 − r_g u) U = p_t + v and (p_t − v) U = L² u². Each equation is 0/0 for some rays.
-    /// Their sum with the weights a = max(p_t v, 0) and b = p_t is not.
+    /// Returns p·x/r = U − p_t. U satisfies (1 − r_g u) U = p_t + v and (p_t − v) U = L² u². For some rays, one of
+    /// these equations gives U = 0/0. Their sum with the weights a = max(p_t v, 0) and b = p_t never does.
     template <class V>
     static constexpr V radial_momentum(const Parameters<V>& k, const V& u, const V& v, const V& l, const V& pt) {
         const V a = max(pt * v, V(0)), b = pt, lu = l * u;
@@ -125,8 +126,8 @@ struct Schwarzschild {
     static constexpr V time_offset_gradient(const Parameters<V>& k, const V& r) {
         return k.rg / (r - k.rg);
     }
-    /// For observers: −u_r of matter that falls from rest at infinity, in the ingoing form (t → −t), where u_t = −1
-    /// (Martel & Poisson 2001).
+    /// For observers: −u_r, where u is the four-velocity of matter that falls from rest at infinity, in the ingoing
+    /// form (t → −t); u_t = −1 (Martel & Poisson 2001).
     template <class V>
     static constexpr V infall(const Parameters<V>& k, const V& r) {
         const V speed = sqrt(k.rg / r);

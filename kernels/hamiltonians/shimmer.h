@@ -36,7 +36,7 @@ struct Shimmer : IndexMedium<Shimmer> {
         V n0, amplitude, correlation_length, seed;
     };
 
-    /// A plane wave: its wave vector in units of 1/L, and its phase in radians per unit of `seed`.
+    /// A plane wave: the wave vector in units of 1/L, and the phase in radians per unit of `seed`.
     struct Wave {
         double x, y, z, phase;
     };

@@ -36,8 +36,8 @@ struct Wormhole {
 
     template <class V>
     static constexpr V energy(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
-        const V shrink = 1.0 / (1.0 + 0.25 * k.throat * k.throat / dot(q, q));
-        return 0.5 * (shrink * shrink * dot(p, p) - pt * pt);
+        const V inverse_scale = 1.0 / (1.0 + 0.25 * k.throat * k.throat / dot(q, q));
+        return 0.5 * (inverse_scale * inverse_scale * dot(p, p) - pt * pt);
     }
 
     template <class V>
@@ -56,23 +56,24 @@ struct Wormhole {
         return r + 0.25 * k.throat * k.throat / r;
     }
 
-    /// Returns ρ/2, which is half of the areal radius in proper length. A longer step could jump through the throat.
+    /// Returns ρ/2; the proper length of such a step is half of the areal radius. A longer step could jump through the
+    /// throat.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>&, const Vec3<V>& q) {
         return 0.5 * norm(q);
     }
 
-    /// V(u) follows from u² + (du/dφ)² = |p|²/L², because p is along the ray, and from H = 0, which gives |p|. The ray
-    /// parameter follows from L dλ = R² dφ, where R is the areal radius.
+    /// V(u) follows from u² + (du/dφ)² = |p|²/L², which holds because p is parallel to the ray, and from H = 0, which
+    /// determines |p|. L dλ = R² dφ, where R is the areal radius, determines orbit_delay.
     template <class V>
     static constexpr V orbit_potential(const Parameters<V>& k, const V& u, const V& g) {
-        const V s = 0.25 * k.throat * k.throat * u * u;
+        const V s = 0.25 * k.throat * k.throat * u * u;  // a²/4ρ²
         return 0.5 * u * u - 0.5 * g * s * (2.0 + s);
     }
     template <class V>
     static constexpr V orbit_delay(const Parameters<V>& k, const V& u) {
-        const V square = 0.25 * k.throat * k.throat;
-        return square * (2.0 + square * u * u);
+        const V quarter_a2 = 0.25 * k.throat * k.throat;
+        return quarter_a2 * (2.0 + quarter_a2 * u * u);
     }
     static constexpr const char* orbit_method = "orbit-srkn11";
     static constexpr double orbit_step = 0.3;

@@ -3,10 +3,12 @@
 
 namespace kagero {
 
+/// Greatest number of stages of an explicit Runge–Kutta method.
 inline constexpr int max_rk_stages = 15;
 
-/// A Butcher tableau; the matrix a is strictly lower triangular. For methods with step control, `error` is b − b̂ and
-/// `estimate_order` is the order of the embedded formula b̂. For other methods both are 0.
+/// A Butcher tableau; the matrix a is strictly lower triangular. For methods with step control, `error` is b − b̂,
+/// where b̂ are the weights of the embedded formula, and `estimate_order` is the order of that formula. For other
+/// methods both are 0.
 struct ButcherTable {
     int stages;
     double a[max_rk_stages][max_rk_stages];
@@ -34,7 +36,7 @@ inline constexpr ButcherTable dormand_prince5{
     {35. / 384, 0, 500. / 1113, 125. / 192, -2187. / 6784, 11. / 84},
 };
 
-/// RK5(4)7M with its embedded fourth-order formula, which adds a stage at the end of the step.
+/// RK5(4)7M with its embedded fourth-order formula, which needs a further stage at the end of the step.
 inline constexpr ButcherTable dormand_prince54 = [] {
     ButcherTable t = dormand_prince5;
     t.stages = 7;
@@ -94,7 +96,8 @@ inline constexpr ButcherTable dormand_prince8{
      2.01365400804030348374776537501e-1, 4.47106157277725905176885569043e-2},
 };
 
-/// DOP853 with its embedded fifth-order formula. The third-order formula of DOP853 is not used.
+/// The eighth-order formula of DOP853 with the embedded fifth-order formula. The embedded third-order formula is not
+/// used.
 inline constexpr ButcherTable dormand_prince85 = [] {
     ButcherTable t = dormand_prince8;
     constexpr double error[12] = {0.1312004499419488073250102996e-1, 0, 0, 0, 0, -0.1225156446376204440720569753e1,

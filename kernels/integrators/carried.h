@@ -1,7 +1,7 @@
 /// Integrates the carried quantities of a ray: λ, and further quantities whose rates are defined by the system
 /// (`carried_in`). Each quantity is the integral of its rate over τ, computed with the nodes and weights of the method
-/// that advances the state. It therefore has the order of that method. The rate of λ is dλ/dτ. Without time rescaling,
-/// λ at the end of a step is exactly start + h.
+/// that advances the state. The error of the integral therefore has the order of that method. The rate of λ is dλ/dτ.
+/// Without time rescaling, λ increases by h in a step.
 #pragma once
 
 #include "kernels/integrators/stepper_state.h"
@@ -28,29 +28,29 @@ class CarriedSums {
     using S = ScalarOf<V>;
 
 public:
-    /// Returns sums for a method that consists of substeps. Each node is weighted with the length of its substep, and
-    /// the sums start from the quantities at the start of the step.
+    /// Returns sums for a method that consists of substeps. The weight of a node is the length of its substep. The
+    /// initial values of the sums are the quantities at the start of the step.
     KAGERO_INLINE static CarriedSums for_substeps(const StepperState<V, N>& step) {
         CarriedSums sums;
         for (int k = 0; k < N; ++k) sums.sum_[k] = step.start.carried(k);
         return sums;
     }
-    /// Returns sums for a method that has stages. Each node is weighted with its weight in the step, and the sums start
-    /// from zero.
+    /// Returns sums for a method that has stages. The weight of a node is the coefficient b of its stage. The initial
+    /// values of the sums are 0.
     KAGERO_INLINE static CarriedSums for_stages() {
         CarriedSums sums;
         for (V& sum : sums.sum_) sum = V(S(0));
         return sums;
     }
 
-    /// Adds one node of the method. `weight` is the weight of the node, or the length of its substep.
+    /// Adds the rates at one node of the method with the given weight.
     template <class System>
     KAGERO_INLINE void add(const System& system, const V& weight, const State<V>& node) {
         V rates[N];
         rates_at(system, node, rates);
         for (int k = 0; k < N; ++k) sum_[k] = fma(weight, rates[k], sum_[k]);
     }
-    /// Adds all stages of one ray. The stages are stored in the lanes of `nodes`.
+    /// Adds the rates at all stages of one ray. Lane i of `nodes` contains stage i.
     template <class System, class L>
     KAGERO_INLINE void add_lanes(const System& system, const V* weights, int stages, const State<L>& nodes) {
         L rates[N];

@@ -9,8 +9,8 @@ namespace kagero {
 
 /// Coefficients of one method. Each stepper reads only the members that it needs.
 struct Coefficients {
-    Fractions fractions{};              ///< fractions of the step: compositions, splittings, printed recipe
-    bool kick_first = false;            ///< Nyström: the first substep is a kick, not a drift
+    Fractions fractions{};                ///< compositions, splittings, orbit methods, and the recipe as printed
+    bool kick_first = false;              ///< Nyström and orbit methods: the first substep is a kick, not a drift
     const ButcherTable* table = nullptr;  ///< tableau of an explicit Runge–Kutta method
     const GaussTableau* gauss = nullptr;  ///< tableau of a Gauss–Legendre collocation method
 };

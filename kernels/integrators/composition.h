@@ -1,11 +1,11 @@
-/// Compositions of semi-implicit Euler, Satoh (2003), eq. (9), and its adjoint.
+/// Compositions of semi-implicit Euler, Satoh (2003), eq. (9), and its adjoint, for steps of the length τ:
 ///
-///     χ_τ :  p' = p − τ ∂H/∂q(q, p'),   q' = q + τ ∂H/∂p(q, p')
-///     χ*_τ:  q' = q + τ ∂H/∂p(q', p),   p' = p − τ ∂H/∂q(q', p)
+///     χ_τ :  p' = p − τ ∂K/∂q(q, p'),   q' = q + τ ∂K/∂p(q, p')
+///     χ*_τ:  q' = q + τ ∂K/∂p(q', p),   p' = p − τ ∂K/∂q(q', p)
 ///
 /// χ alone has order 1. χ*_{τ/2} χ_{τ/2} is self-adjoint and has order 2: it is the generalised Störmer–Verlet method
-/// (Hairer, Lubich & Wanner 2006, §VI.3). Methods of higher order are compositions of it with the fractions of
-/// `fractions.h`. The printed recipe, eqs. (11)–(15) with χ for every part, has only order 1.
+/// (Hairer, Lubich & Wanner 2006, §VI.3). Methods of higher order are compositions of χ and χ* with the fractions of
+/// `fractions.h`. The recipe as printed, eqs. (11)–(15), uses χ without its adjoint and has only order 1.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -32,23 +32,20 @@ struct Composition {
     /// so sharing their code saves nothing.
     template <class System>
     static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }
-    /// Stores ∂K/∂q in stage[0][0..2] and ∂K/∂p in stage[1][0..2]. They are the initial guesses of the implicit solves.
+    /// Stores ∂K/∂q as stage vector 0 and ∂K/∂p as stage vector 1: the gradients from which the implicit solves start.
     template <class System, class V, int N>
     static void begin(const System& system, StepperState<V, N>& step, const Coefficients&) {
         PhaseGradient<V> g;
         system.derivatives(step.start, g);
-        for (int k = 0; k < space_size; ++k) {
-            step.stage[0][k] = g[k];
-            step.stage[1][k] = g[momentum(k)];
-        }
+        step.set_stage_vector(0, force_in(g));
+        step.set_stage_vector(1, velocity_in(g));
     }
 
     template <class System, class V, int N>
     static void step(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = step.start.q(), p = step.start.p();
-        // Both are stored in the first three components; see `begin`.
-        Vec3<V> force = force_in(step.stage[0]), velocity = force_in(step.stage[1]);
+        Vec3<V> force = step.stage_vector(0), velocity = step.stage_vector(1);
         auto carried = CarriedSums<V, N>::for_substeps(step);
         step.solved = all_lanes<V>();
         for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
@@ -56,11 +53,11 @@ struct Composition {
             if (i % 2 == 0) {
                 if (integrates_carried(system, step)) carried.add(system, tau, make_state(step, q, p));
                 p = kick(system, step, q, p, tau, force);
-                velocity = system.dp(make_state(step, q, p));
+                velocity = system.gradient_p(make_state(step, q, p));
                 q = advance(q, tau, velocity);
             } else {
                 q = drift(system, step, q, p, tau, velocity);
-                force = system.dq(make_state(step, q, p));
+                force = system.gradient_q(make_state(step, q, p));
                 p = retreat(p, tau, force);
                 if (integrates_carried(system, step)) carried.add(system, tau, make_state(step, q, p));
             }
@@ -68,33 +65,29 @@ struct Composition {
         }
         step.end.set(q, p);
         carried.finish_substeps(system, step);
-        step.stage[0][0] = force.x;
-        step.stage[0][1] = force.y;
-        step.stage[0][2] = force.z;
-        step.stage[1][0] = velocity.x;
-        step.stage[1][1] = velocity.y;
-        step.stage[1][2] = velocity.z;
+        step.set_stage_vector(0, force);
+        step.set_stage_vector(1, velocity);
     }
 
 private:
-    /// Returns p' = p − τ ∂K/∂q(q, p'). `force` is the initial guess of the gradient.
+    /// Returns p' = p − τ ∂K/∂q(q, p'). `force` is the initial guess of ∂K/∂q.
     template <class System, class V, int N>
     KAGERO_INLINE static Vec3<V> kick(const System& system, StepperState<V, N>& step, const Vec3<V>& q,
                                       const Vec3<V>& p, const V& tau, const Vec3<V>& force) {
-        auto force_here = force_at(system, step, q, p);
+        auto force_of = force_at(system, step, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) {
-            return retreat(p, tau, force_here(guess));
+            return retreat(p, tau, force_of(guess));
         };
         if constexpr (!System::force_needs_p) return count_evaluation(step, next(p));
         else return solve<HalfStep::kick>(system, step, q, p, tau, retreat(p, tau, force), next);
     }
-    /// Returns q' = q + τ ∂K/∂p(q', p). `velocity` is the initial guess of the gradient.
+    /// Returns q' = q + τ ∂K/∂p(q', p). `velocity` is the initial guess of ∂K/∂p.
     template <class System, class V, int N>
     KAGERO_INLINE static Vec3<V> drift(const System& system, StepperState<V, N>& step, const Vec3<V>& q,
                                        const Vec3<V>& p, const V& tau, const Vec3<V>& velocity) {
-        auto velocity_here = velocity_at(system, step, q, p);
+        auto velocity_of = velocity_at(system, step, q, p);
         const auto next = [&](const Vec3<V>& guess) __attribute__((always_inline)) {
-            return advance(q, tau, velocity_here(guess));
+            return advance(q, tau, velocity_of(guess));
         };
         if constexpr (!System::velocity_needs_q) return count_evaluation(step, next(q));
         else return solve<HalfStep::drift>(system, step, q, p, tau, advance(q, tau, velocity), next);
@@ -107,7 +100,7 @@ private:
         if constexpr (requires { system.prepared_force(step.start); })
             return system.prepared_force(make_state(step, q, p));
         else return [&system, &step, &q ](const Vec3<V>& guess) __attribute__((always_inline)) {
-                return system.dq(make_state(step, q, guess));
+                return system.gradient_q(make_state(step, q, guess));
             };
     }
     /// Returns ∂K/∂p at fixed p as a function of q.
@@ -117,59 +110,59 @@ private:
         if constexpr (requires { system.prepared_velocity(step.start); })
             return system.prepared_velocity(make_state(step, q, p));
         else return [&system, &step, &p ](const Vec3<V>& guess) __attribute__((always_inline)) {
-                return system.dp(make_state(step, guess, p));
+                return system.gradient_p(make_state(step, guess, p));
             };
     }
-    /// Counts one gradient evaluation and returns x.
+    /// Counts one gradient evaluation and returns x, which was computed with it.
     template <class V, int N>
     KAGERO_INLINE static Vec3<V> count_evaluation(StepperState<V, N>& step, const Vec3<V>& x) {
         step.gradients += V(ScalarOf<V>(1));
         return x;
     }
 
-    /// Solves x = next(x) by fixed-point iteration with a convergence test in each lane. Lanes that do not converge are
-    /// solved by Newton's method.
+    /// Returns the solution of x = next(x), where x is p' for a kick and q' for a drift. The fixed-point iteration has
+    /// a convergence test in each lane. Lanes that do not converge are solved by Newton's method.
     template <HalfStep half, class System, class V, int N, class Next>
     KAGERO_INLINE static Vec3<V> solve(const System& system, StepperState<V, N>& step, const Vec3<V>& q,
                                        const Vec3<V>& p, const V& tau, const Vec3<V>& guess, const Next& next) {
         using S = ScalarOf<V>;
         Convergence<V> convergence(step);
-        // All lanes iterate, but converged lanes discard the result. The next iterations therefore do not depend on the
-        // result of the test, and the CPU can overlap them with it. Only every second iteration is tested, because a
-        // test costs a large part of an iteration.
+        // All lanes iterate, but converged lanes discard the result. The iterations therefore do not depend on the
+        // convergence tests, and the CPU can overlap both. Only every second iteration is tested, because a test costs
+        // a large part of an iteration.
         Vec3<V> x = guess, iterate = guess;
         V evaluations(S(0));
         int i = 0;
         while (i < Convergence<V>::max_iterations && any(convergence.unconverged())) {
             i += 2;
             evaluations = select(convergence.unconverged(), V(S(i)), evaluations);
-            const Vec3<V> last = next(iterate);
-            iterate = next(last);
+            const Vec3<V> previous = next(iterate);
+            iterate = next(previous);
             x = select<V>(convergence.unconverged(), iterate, x);
-            const V change = greatest_difference(iterate, last);
-            convergence.update_second(half == HalfStep::kick ? convergence.relative_p(change)
-                                                             : convergence.relative_q(change));
+            const V change = greatest_difference(iterate, previous);
+            convergence.update_every_second(half == HalfStep::kick ? convergence.relative_p(change)
+                                                                   : convergence.relative_q(change));
         }
         if constexpr (half == HalfStep::kick) {
-            // A solution whose distance from p is of the order of |p| may be a second root. Newton's method tests the
-            // eigenvalues of the Jacobian and decides.
+            // A solution whose distance from p is of the order of |p| may be a second solution of the equation. These
+            // lanes are solved again by Newton's method, which tests the eigenvalues of the Jacobian.
             convergence.mark_unconverged(convergence.relative_p(greatest_difference(x, p)) > V(S(0.5)));
         }
         step.gradients += evaluations;
         step.lane_iterations += evaluations;
         step.issued_iterations += i;
         if (any(convergence.unconverged())) {
-            const MaskOf<V> open = convergence.unconverged(), solved = step.solved;
+            const MaskOf<V> unconverged = convergence.unconverged(), solved = step.solved;
             const V gradients = step.gradients, iterations = step.lane_iterations;
             // The arguments are copied so that the variables of the loop above stay in registers.
             const Vec3<V> q_copy = q, p_copy = p;
             const V tau_copy = tau;
-            const Vec3<V> root = SharedSolvers<V, N>::newton(half, as_called<V>(system), step, q_copy, p_copy, tau_copy,
-                                                      half == HalfStep::kick ? p_copy : q_copy);
-            x = select<V>(open, root, x);
-            step.solved = solved & (step.solved | !open);
-            step.gradients = select(open, step.gradients, gradients);
-            step.lane_iterations = select(open, step.lane_iterations, iterations);
+            const Vec3<V> solution = SharedSolvers<V, N>::newton(
+                half, as_called<V>(system), step, q_copy, p_copy, tau_copy, half == HalfStep::kick ? p_copy : q_copy);
+            x = select<V>(unconverged, solution, x);
+            step.solved = solved & (step.solved | !unconverged);
+            step.gradients = select(unconverged, step.gradients, gradients);
+            step.lane_iterations = select(unconverged, step.lane_iterations, iterations);
         }
         return x;
     }

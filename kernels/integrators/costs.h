@@ -1,4 +1,4 @@
-/// Costs of steps: floating-point operations and rounding errors. The steppers compute their costs with these helpers.
+/// Functions with which the steppers compute the costs of their steps: floating-point operations and rounding errors.
 #pragma once
 
 #include "kernels/abi.h"
@@ -15,7 +15,7 @@ struct RoundingCounts {
     double weight;  ///< Σ|b| over the weights b of that sum
 };
 
-/// Returns Σ|fraction|.
+/// Returns the sum of the absolute values of the fractions.
 constexpr double weight_of(const Fractions& fractions) {
     double weight = 0;
     for (const double f : fractions) weight += f < 0 ? -f : f;
@@ -27,8 +27,8 @@ inline Operations make_operations(double per_gradient, double per_step) {
     return {per_gradient, per_step, per_step};
 }
 
-/// Returns the operations of a stepper that updates q and p alternately. Each update needs one half of the gradient,
-/// and a product and a sum per component.
+/// Returns the operations of a stepper that updates q and p alternately. Each update needs ∂K/∂q or ∂K/∂p, which is
+/// half of a gradient, and a product and a sum per component.
 inline Operations alternating_operations(const ProgramOperations& program) {
     return make_operations(0.5 * (program.force + program.velocity) + 2 * space_size, program.event_functions);
 }

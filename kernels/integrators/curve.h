@@ -1,5 +1,5 @@
-/// Dense output of one step as a Bézier curve. It is the cubic Hermite curve through both ends with both velocities, or
-/// the collocation polynomial of the method if it has a higher order.
+/// Dense output of one step as a Bézier curve. It is the cubic Hermite curve for positions and velocities at both ends,
+/// or the collocation polynomial of a method with more than three stages.
 #pragma once
 
 #include "kernels/integrators/gauss_table.h"
@@ -7,9 +7,9 @@
 
 namespace kagero {
 
-/// Returns √x with an error of a few roundings; 0 at x = 0. On AVX-512 it avoids the slow square-root instruction.
+/// Returns √x with an error of a few roundings; 0 at x = 0. On AVX-512 the slow square-root instruction is avoided.
 template <class V>
-KAGERO_INLINE V root(const V& x) {
+KAGERO_INLINE V fast_sqrt(const V& x) {
 #if defined(__AVX512F__)
     return x * rsqrt(max(x, V(std::numeric_limits<ScalarOf<V>>::min())));
 #else
@@ -17,7 +17,7 @@ KAGERO_INLINE V root(const V& x) {
 #endif
 }
 
-/// An axis-aligned box: the least and the greatest value of each coordinate.
+/// An axis-aligned box: the minimum and the maximum of each coordinate.
 template <class V>
 struct Extent {
     Vec3<V> lower, upper;
@@ -82,18 +82,19 @@ public:
         const auto differences = [this](int i) __attribute__((always_inline)) { return point[i + 1] - point[i]; };
         return V(S(degree)) * (degree == 3 ? evaluate(2, s, differences) : evaluate(degree - 1, s, differences));
     }
-    /// Returns an upper bound of the distance between the curve and its chord. The bound of each half of the curve is
-    /// at most a quarter of it. The bound is max |C″|/8 (Filip, Magedson & Markot 1986), where C″ is bounded by the
-    /// second differences of the control points. It bounds the distance between curve and chord at equal s. It is
-    /// therefore also valid for a curve that turns back and extends beyond the ends of its chord. If the curve advances
-    /// monotonically along its chord, only the deviation across the chord counts. The bound then uses the second
-    /// differences across the chord, plus the slope relative to the chord times the second differences along it.
+    /// Returns an upper bound of the distance between the curve C and its chord. If the curve is halved, the bounds of
+    /// the halves are at most a quarter of this bound. The bound is max |C″|/8 (Filip, Magedson & Markot 1986), where
+    /// C″ is bounded by the second differences of the control points. This is a bound on the distance at equal s, and
+    /// it is therefore also valid for a curve that turns back and extends beyond the ends of its chord. If the curve
+    /// advances monotonically along the chord, only the distance perpendicular to the chord is bounded: by the second
+    /// differences across the chord, plus the slope relative to the chord times the second differences along the chord.
     V sagitta() const {
-        constexpr S least = std::numeric_limits<float>::min();
+        constexpr S smallest_normal = std::numeric_limits<float>::min();
         const Vec3<V> chord = point[degree] - point[0];
-        const V square = dot(chord, chord), inverse = recip(max(square, V(least)));
-        V along_before, slope2(S(0));
-        V along2(S(0)), across2(S(0)), whole2(S(0));  // squares of the greatest second differences
+        const V chord2 = dot(chord, chord), inverse = recip(max(chord2, V(smallest_normal)));
+        V along_before, slope2(S(0));  // slope2: square of the greatest slope relative to the chord
+        // Squares of the greatest second differences: along the chord, across the chord, and of the whole vector.
+        V along2(S(0)), across2(S(0)), whole2(S(0));
         Vec3<V> edge_before, across_before;
         MaskOf<V> forward = all_lanes<V>();
         for (int i = 0; i < degree; ++i) {
@@ -101,19 +102,20 @@ public:
             const V along = dot(edge, chord) * inverse;
             const Vec3<V> across = retreat(edge, along, chord);
             forward = forward & (along > V(S(0)));
-            slope2 = max(slope2, dot(across, across) / max(along * along * square, V(least)));
+            slope2 = max(slope2, dot(across, across) / max(along * along * chord2, V(smallest_normal)));
             if (i > 0) {
                 const Vec3<V> second = edge - edge_before, second_across = across - across_before;
                 const V second_along = along - along_before;
                 whole2 = max(whole2, dot(second, second));
                 across2 = max(across2, dot(second_across, second_across));
-                along2 = max(along2, second_along * second_along * square);
+                along2 = max(along2, second_along * second_along * chord2);
             }
             edge_before = edge;
             across_before = across;
             along_before = along;
         }
-        return V(S(degree * (degree - 1) / 8.0)) * select(forward, root(across2) + root(slope2 * along2), root(whole2));
+        const V monotonic = fast_sqrt(across2) + fast_sqrt(slope2 * along2);
+        return V(S(degree * (degree - 1) / 8.0)) * select(forward, monotonic, fast_sqrt(whole2));
     }
     /// Returns an upper bound of the squared distance of the curve from the origin, computed from its control
     /// points.
@@ -140,7 +142,7 @@ public:
     }
 
 private:
-    /// Returns Σ binomial(n, i) (1 − s)^{n−i} s^i point(i), evaluated by a Horner scheme.
+    /// Returns Σ_i binomial(n, i) (1 − s)^{n−i} s^i points(i), evaluated by a Horner scheme.
     template <class Point>
     KAGERO_INLINE static Vec3<V> evaluate(int n, const V& s, const Point& points) {
         const V t = V(S(1)) - s;

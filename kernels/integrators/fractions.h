@@ -7,70 +7,71 @@
 
 namespace kagero {
 
-/// Fractions of the step for the maps that a method applies alternately.
+/// Fractions of the step, in the order in which a method applies two maps alternately: χ and χ* (composition.h), or the
+/// flows of two parts of H (splitting.h). Weights are the fractions of the second-order step S2 in a composition of S2.
 using Fractions = std::span<const double>;
 
 namespace fractions {
 
-/// Returns the palindrome of n entries with the given first half. The middle entry makes the sum 1; if n is even, the
-/// two middle entries share this value.
+/// Returns the palindrome of n entries with the given first half. The remaining middle entry makes the sum 1; if n is
+/// even, the two middle entries are equal.
 template <std::size_t n, std::size_t half>
-constexpr std::array<double, n> palindrome(const std::array<double, half>& first) {
+constexpr std::array<double, n> palindrome(const std::array<double, half>& first_half) {
     static_assert(half == (n - 1) / 2);
-    std::array<double, n> all{};
-    double rest = 1;
+    std::array<double, n> entries{};
+    double remainder = 1;
     for (std::size_t i = 0; i < half; ++i) {
-        all[i] = all[n - 1 - i] = first[i];
-        rest -= 2 * first[i];
+        entries[i] = entries[n - 1 - i] = first_half[i];
+        remainder -= 2 * first_half[i];
     }
-    for (std::size_t i = half; i < n - half; ++i) all[i] = rest / static_cast<double>(n - 2 * half);
-    return all;
+    for (std::size_t i = half; i < n - half; ++i) entries[i] = remainder / static_cast<double>(n - 2 * half);
+    return entries;
 }
 /// Converts weights w of the self-adjoint S2 = χ*_{w/2} χ_{w/2} to fractions for χ and χ* alternately.
 template <std::size_t n>
 constexpr std::array<double, 2 * n> halve(const std::array<double, n>& weights) {
-    std::array<double, 2 * n> all{};
-    for (std::size_t i = 0; i < n; ++i) all[2 * i] = all[2 * i + 1] = weights[i] / 2;
-    return all;
+    std::array<double, 2 * n> result{};
+    for (std::size_t i = 0; i < n; ++i) result[2 * i] = result[2 * i + 1] = weights[i] / 2;
+    return result;
 }
 /// Converts weights w of the Strang step A_{w/2} B_w A_{w/2} to fractions for A and B alternately. Adjacent half steps
 /// of A are merged.
 template <std::size_t n>
 constexpr std::array<double, 2 * n + 1> strang(const std::array<double, n>& weights) {
-    std::array<double, 2 * n + 1> all{};
+    std::array<double, 2 * n + 1> result{};
     for (std::size_t i = 0; i < n; ++i) {
-        all[2 * i] += weights[i] / 2;
-        all[2 * i + 1] = weights[i];
-        all[2 * i + 2] = weights[i] / 2;
+        result[2 * i] += weights[i] / 2;
+        result[2 * i + 1] = weights[i];
+        result[2 * i + 2] = weights[i] / 2;
     }
-    return all;
+    return result;
 }
-/// Interleaves two lists; the longer list provides the first and the last entry.
+/// Interleaves two lists: a₁ b₁ a₂ b₂ … The longer list a provides the first and the last entry.
 template <std::size_t n>
 constexpr std::array<double, 2 * n + 1> interleave(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
-    std::array<double, 2 * n + 1> all{};
+    std::array<double, 2 * n + 1> result{};
     for (std::size_t i = 0; i < n; ++i) {
-        all[2 * i] = a[i];
-        all[2 * i + 1] = b[i];
+        result[2 * i] = a[i];
+        result[2 * i + 1] = b[i];
     }
-    all[2 * n] = a[n];
-    return all;
+    result[2 * n] = a[n];
+    return result;
 }
 /// Converts a splitting a₁ b₁ a₂ … to fractions for χ and χ* alternately: α₁ = a₁, α₂ = b₁ − α₁, α₃ = a₂ − α₂ …
 /// (McLachlan 1995).
 template <std::size_t n>
 constexpr std::array<double, 2 * n> from_splitting(const std::array<double, n + 1>& a, const std::array<double, n>& b) {
-    std::array<double, 2 * n> all{};
-    double last = 0;
+    std::array<double, 2 * n> result{};
+    double previous = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        all[2 * i] = last = a[i] - last;
-        all[2 * i + 1] = last = b[i] - last;
+        result[2 * i] = previous = a[i] - previous;
+        result[2 * i + 1] = previous = b[i] - previous;
     }
-    return all;
+    return result;
 }
 
 // ---- weights of S2 --------------------------------------------------------------------------------------------------
-/// One S2 of the whole step.
+/// One weight: S2 itself. Order 2.
 inline constexpr std::array<double, 1> single_step{1.0};
 /// Three weights, Satoh (2003) eqs. (12), (13); Yoshida (1990). Order 4.
 inline constexpr auto yoshida4_weights = palindrome<3>(std::array{1.351207191959657634});
@@ -87,8 +88,10 @@ inline constexpr auto kahan_li8_weights = palindrome<17>(
                -.39590389413323757734, .18453964097831570709, .25837438768632204729, .29501172360931029887});
 
 // ---- splittings: Blanes & Moan (2002) -------------------------------------------------------------------------------
+/// The splitting S6 with 6 stages. Order 4.
 inline constexpr auto s6_a = palindrome<7>(std::array{.0792036964311957, .353172906049774, -.0420650803577195});
 inline constexpr auto s6_b = palindrome<6>(std::array{.209515106613362, -.143851773179818});
+/// The splitting S10 with 10 stages. Order 6.
 inline constexpr auto s10_a = palindrome<11>(
     std::array{.0502627644003922, .413514300428344, .0450798897943977, -.188054853819569, .541960678450780});
 inline constexpr auto s10_b =

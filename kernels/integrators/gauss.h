@@ -1,6 +1,7 @@
 /// Gauss–Legendre collocation: implicit, symplectic, symmetric, order 2s. The stages are solved by fixed-point
-/// iteration, which starts from the extrapolated stages of the last step. The stages of an iteration are independent of
-/// each other, so the CPU can overlap their operations. Rays that do not converge are solved by Newton's method.
+/// iteration, which starts from the extrapolated stages of the previous step. The stages of an iteration are
+/// independent of each other, so the CPU can overlap their operations. Rays that do not converge are solved by Newton's
+/// method.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -12,9 +13,9 @@
 
 namespace kagero {
 
-/// Stepper for collocation with `fixed` stages, a compile-time constant. If `fixed` is 0, the number of stages is read
-/// from the coefficients.
-template <int fixed>
+/// Stepper for collocation with `fixed_stages` stages, a compile-time constant. If it is 0, the number of stages is
+/// read from the coefficients.
+template <int fixed_stages>
 struct Gauss {
     static constexpr MethodFamily family = MethodFamily::gauss;
     /// No stage lies at an end of the step.
@@ -24,18 +25,19 @@ struct Gauss {
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
-    /// Counts the operations. A sum over s stages takes 2 s − 1 operations per component of the gradient. Each
-    /// iteration also computes the state of every stage and the change of its derivatives.
+    /// Returns the numbers of operations. A sum over s stages takes 2 s − 1 operations per component of the gradient.
+    /// Each iteration also computes the state of every stage and the change of its derivatives. At the end of a step,
+    /// the compensated sum of the state takes 30 operations.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
         const double stage_state = 2 * phase_size, change = 2 * phase_size;
         return make_operations(program.derivatives + sum + stage_state + change,
                                program.event_functions + (s + 1) * sum + 30);
     }
-    /// The rounding error of the state is compensated in the next step; therefore it counts as 0.
+    /// The next step compensates the rounding error of the state, which therefore counts as 0.
     static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
-    /// Sets the derivative at every stage to the derivative at the start: the initial guess of the first step.
+    /// Sets the derivatives at every stage to those at the start, as the initial guess of the first step.
     template <class System, class V, int N>
     static void begin(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
         system.derivatives(step.start, step.stage[0]);
@@ -48,7 +50,7 @@ struct Gauss {
         using S = ScalarOf<V>;
         const int s = stages(coefficients);
         const GaussNumbers<S>& w = coefficients.gauss->template numbers<S>();
-        PhaseGradient<V> g[stage_capacity];  // ∂K/∂q, ∂K/∂p at the stages
+        PhaseGradient<V> g[stage_capacity];  // ∂K/∂(q, p) at the stages
         for (int i = 0; i < s; ++i) sum(step.stage, w.extrapolation[i], s, g[i]);
         auto&& evaluator = stage_evaluator<V>(system, s);
         Convergence<V> convergence(step);
@@ -73,8 +75,10 @@ struct Gauss {
     }
 
 private:
-    static constexpr int stage_capacity = fixed ? fixed : max_stages;
-    static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
+    static constexpr int stage_capacity = fixed_stages ? fixed_stages : max_stages;
+    static constexpr int stages(const Coefficients& coefficients) {
+        return fixed_stages ? fixed_stages : coefficients.gauss->stages;
+    }
 
     /// Writes Σ_j weight_j g_j to `total`.
     template <class V, class S>
@@ -83,7 +87,8 @@ private:
         for (int j = 1; j < s; ++j)
             for (int k = 0; k < phase_size; ++k) total[k] = fma(V(weight[j]), g[j][k], total[k]);
     }
-    /// Writes start + h Σ_j weight_j (∂K/∂p, −∂K/∂q)_j to y. `y(k)` returns a reference to component k.
+    /// Writes start + h Σ_j weight_j (∂K/∂p, −∂K/∂q)_j to a state; y(k) returns a reference to component k of the
+    /// state.
     template <class V, int N, class S, class Target>
     KAGERO_INLINE static void write_state(const StepperState<V, N>& step, const PhaseGradient<V>* g, const S* weight,
                                           int s, const Target& y) {
@@ -145,8 +150,8 @@ private:
         return convergence.relative(abs(step.h) * change_q, abs(step.h) * change_p);
     }
 
-    /// Solves the stages of the rays that have not converged. It works on a copy, so that the compiler can keep the
-    /// original stages in registers.
+    /// Solves the stages of the rays that have not converged. A copy of the stages is passed to the solver, so that the
+    /// compiler can keep the original in registers.
     template <class System, class V, int N, class S>
     static void solve_unconverged(const System& system, StepperState<V, N>& step, const GaussNumbers<S>& w, int s,
                            PhaseGradient<V> (&g)[stage_capacity]) {
@@ -157,7 +162,7 @@ private:
     }
 
     /// Computes the state at the end of the step with compensated summation (Kahan 1965): the rounding error of the
-    /// last step is added. Many small steps then lose no more accuracy than few long ones.
+    /// previous step is added. Many short steps then lose no more accuracy than a few long steps.
     template <class V, int N, class S>
     KAGERO_INLINE static void finish_state(StepperState<V, N>& step, const PhaseGradient<V> (&g)[stage_capacity],
                                            const GaussNumbers<S>& w, int s) {

@@ -7,15 +7,17 @@
 
 namespace kagero {
 
-/// The coefficients for s stages in quadruple precision.
+/// The coefficients for s stages in quadruple precision, for a step from y to y_end of the equation dy/dτ = f(y) with
+/// the stages Y_i.
 template <int s>
 struct GaussTable {
-    __float128 a[s][s];       ///< Y_i = y + h Σ a_ij f(Y_j)
-    __float128 b[s];          ///< y' = y + h Σ b_j f(Y_j)
-    __float128 c[s];          ///< positions of the stages, as fractions of the step
+    __float128 a[s][s];  ///< Y_i = y + h Σ_j a_ij f(Y_j)
+    __float128 b[s];     ///< y_end = y + h Σ_j b_j f(Y_j)
+    __float128 c[s];     ///< positions of the stages, as fractions of the step
     /// Extrapolates f from the stages of a step to the stages of the next step, which has the same length.
     __float128 extrapolation[s][s];
-    __float128 control[s][s];  ///< Bézier control point i + 1 of the polynomial: y + h Σ control_ij f(Y_j)
+    /// Bézier control point i + 1 of the collocation polynomial: y + h Σ_j control_ij f(Y_j).
+    __float128 control[s][s];
 };
 
 namespace detail {
@@ -91,7 +93,8 @@ constexpr GaussTable<s> make_gauss_table() {
     }
     for (int i = 0; i < s; ++i) {
         for (int j = 0; j < s; ++j) {
-            // The quadrature with s nodes integrates this polynomial of degree s − 1 over [0, c_i] exactly.
+            // The Gauss quadrature with s nodes integrates Lagrange polynomials, of degree s − 1, exactly over [0,
+            // c_i].
             __float128 integral = 0;
             for (int k = 0; k < s; ++k) integral += t.b[k] * lagrange<s>(t.c, j, t.c[i] * t.c[k]);
             t.a[i][j] = t.c[i] * integral;
@@ -99,9 +102,10 @@ constexpr GaussTable<s> make_gauss_table() {
         }
     }
     for (int j = 0; j < s; ++j) {
-        __float128 slope[s]{}, sum = 0;
-        bernstein_of_lagrange<s>(t.c, j, slope);
-        for (int i = 0; i < s; ++i) t.control[i][j] = sum += slope[i] / s;
+        // The derivative of the collocation polynomial with respect to f(Y_j) is the integral of Lagrange polynomial j.
+        __float128 bernstein[s]{}, sum = 0;
+        bernstein_of_lagrange<s>(t.c, j, bernstein);
+        for (int i = 0; i < s; ++i) t.control[i][j] = sum += bernstein[i] / s;
     }
     return t;
 }
@@ -114,13 +118,13 @@ inline constexpr GaussTable<s> gauss_table = detail::make_gauss_table<s>();
 /// Greatest number of stages of a Gauss–Legendre method.
 inline constexpr int max_stages = 8;
 
-/// The coefficients of GaussTable as run-time data; entries of unused stages are zero.
+/// The coefficients of GaussTable in arrays of a fixed size; entries of unused stages are zero.
 template <class S>
 struct GaussNumbers {
     S a[max_stages][max_stages], b[max_stages], extrapolation[max_stages][max_stages], control[max_stages][max_stages];
 };
-/// The coefficients in all precisions. The compiler rounds them, because each conversion from quadruple precision at
-/// run time is a library call.
+/// The coefficients in all precisions. They are rounded at compile time, because a conversion from quadruple precision
+/// at run time is a library call.
 struct GaussTableau {
     int stages;
     GaussNumbers<__float128> exact;

@@ -11,10 +11,11 @@
 
 namespace kagero {
 
-/// Solver for the stages of one ray: g = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j. The initial guess is the
-/// derivative at the start. The Jacobian is the identity at h = 0, and its determinant stays positive along the
-/// solution that continues from there. The sign of the determinant is tested, and each correction must be at most half
-/// of the one before (Deuflhard 2004, §2.1). Both tests prevent convergence to a second root.
+/// Solver for the stages of one ray: g_i = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j. The initial guess of
+/// every g_i is the gradient at the start. The Jacobian is the identity at h = 0, and its determinant stays positive
+/// along the solution that is a continuous function of h. The solver fails if the determinant is not positive, or if a
+/// correction is more than half of the previous correction (Deuflhard 2004, §2.1). Both tests prevent convergence to
+/// another solution.
 template <class V, int N, class S = ScalarOf<V>>
 class StageNewton {
 public:
@@ -24,22 +25,22 @@ public:
         system.ray_derivatives(start, g_[0]);
         for (int i = 1; i < s; ++i) std::copy(g_[0], g_[0] + phase_size, g_[i]);
     }
-    /// Iterates to convergence. Returns false if there is no convergence.
+    /// Iterates until the stages converge. Returns false if they do not.
     bool solve() {
         constexpr int max_iterations = 12;
-        S last(0);
+        S previous(0);
         while (iterations_ < max_iterations && convergence_.unconverged()) {
             linearise();
-            if (!solve_linear(phase_size * s_, matrix_, residual_)) return false;
+            if (!solve_linear(phase_size * s_, matrix_, residual_)) return false;  // no positive determinant
             const S change = correct();
-            if (iterations_++ > 0 && !(change <= S(0.5) * last)) return convergence_.is_rounding(change);
-            last = change;
+            if (iterations_++ > 0 && !(change <= S(0.5) * previous)) return convergence_.may_be_rounding(change);
+            previous = change;
             convergence_.update_quadratic(change);
         }
         return !convergence_.unconverged();
     }
     int iterations() const { return iterations_; }
-    /// Component k of the derivative at stage i.
+    /// Returns component k of the gradient at stage i.
     S stage(int i, int k) const { return g_[i][k]; }
 
 private:
@@ -55,21 +56,22 @@ private:
             }
         return y;
     }
-    /// Sets up the linear system (I − h a_ij K'' M) Δ = ∂K − g. M maps a gradient to (∂K/∂p, −∂K/∂q).
+    /// Sets up the linear system Σ_j (δ_ij I − h a_ij K'' M) Δ_j = ∂K/∂(q, p) − g_i for the corrections Δ. K'' is the
+    /// Hessian of K at stage i, and M maps a gradient to (∂K/∂p, −∂K/∂q).
     void linearise() {
         for (int i = 0; i < s_; ++i) {
             const State<S> y = stage_state(i);
             PhaseGradient<S> fresh;
-            Hessian<S> second;
+            Hessian<S> hessian;
             system_.ray_derivatives(y, fresh);
-            system_.ray_hessian(y, second);
+            system_.ray_hessian(y, hessian);
             for (int k = 0; k < phase_size; ++k) {
                 residual_[row(i, k)] = fresh[k] - g_[i][k];
                 for (int j = 0; j < s_; ++j)
                     for (int l = 0; l < phase_size; ++l) {
-                        const S paired = second[hessian_index(k, conjugate(l))];
-                        const S moved = l < space_size ? -paired : paired;
-                        matrix_[row(i, k)][row(j, l)] = S(i == j && k == l) - h_ * w_.a[i][j] * moved;
+                        const S second = hessian[hessian_index(k, conjugate(l))];
+                        const S entry = l < space_size ? -second : second;  // entry k, l of K'' M
+                        matrix_[row(i, k)][row(j, l)] = S(i == j && k == l) - h_ * w_.a[i][j] * entry;
                     }
             }
         }
@@ -99,12 +101,12 @@ private:
     S residual_[phase_size * max_stages], matrix_[phase_size * max_stages][phase_size * max_stages];
 };
 
-/// Solves the stages of all rays that are not yet solved according to `step.solved`.
+/// Solves the stages in the lanes outside `step.solved`, and adds the lanes that converge to `step.solved`.
 template <class V, int N>
 void SharedSolvers<V, N>::newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& step,
                                         const GaussNumbers<S>& w, int s, V* stages, int per_stage, int per_component) {
     std::uint64_t solved = 0;
-    int most = 0;
+    int max_iterations = 0;
     for (const int lane : lanes_in(to_bits(!step.solved))) {
         const auto in_lane = [lane](const V& value) { return get_lane(value, lane); };
         State<S> start;
@@ -116,7 +118,7 @@ void SharedSolvers<V, N>::newton_stages(const CalledSystem<V, N>& system, Steppe
         const bool done = newton.solve();
         set_lane(step.gradients, lane, in_lane(step.gradients) + S(2 * s * newton.iterations()));
         set_lane(step.lane_iterations, lane, in_lane(step.lane_iterations) + S(newton.iterations()));
-        most = std::max(most, newton.iterations());
+        max_iterations = std::max(max_iterations, newton.iterations());
         if (!done) continue;
         solved |= std::uint64_t(1) << lane;
         for (int i = 0; i < s; ++i)
@@ -124,7 +126,7 @@ void SharedSolvers<V, N>::newton_stages(const CalledSystem<V, N>& system, Steppe
                 set_lane(stages[i * per_stage + k * per_component], lane, newton.stage(i, k));
     }
     step.solved = step.solved | from_bits<V>(solved);
-    step.issued_iterations += std::uint64_t(most);
+    step.issued_iterations += std::uint64_t(max_iterations);
 }
 
 }  // namespace kagero

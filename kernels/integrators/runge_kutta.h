@@ -1,5 +1,5 @@
 /// Explicit Runge–Kutta methods with a fixed step, or with step control in each lane. They are not symplectic. They are
-/// used for comparison, and for rays that pass the curved region only once.
+/// used for comparison, and for rays that pass the region in which light bends only once.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -29,7 +29,7 @@ struct RungeKutta {
         for (int i = 0; i < c.table->stages; ++i) weight += c.table->b[i] < 0 ? -c.table->b[i] : c.table->b[i];
         return {1, double(c.table->stages), weight};
     }
-    static constexpr bool resumes = true;
+    static constexpr bool steps_without_begin = true;
     template <class System, class V, int N>
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 

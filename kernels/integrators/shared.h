@@ -1,5 +1,5 @@
-/// Code that all Hamiltonians share. It is compiled once per value type, in the translation units that include
-/// shared_steps.h.
+/// Declarations of code that all Hamiltonians share. The code is compiled once per value type, in the translation units
+/// that include shared_steps.h.
 #pragma once
 
 #include "kernels/equations/called_system.h"
@@ -22,11 +22,11 @@ struct SharedSolvers {
     /// Solves one implicit half step by Newton's method (newton.h).
     static Vec3<V> newton(HalfStep half, const CalledSystem<V, N>& system, StepperState<V, N>& step, const Vec3<V>& q,
                           const Vec3<V>& p, const V& tau, Vec3<V> x);
-    /// Solves the stages of a Gauss step by Newton's method (newton_stages.h). Component k of stage i is stages[i ·
-    /// per_stage + k · per_component].
+    /// Solves the s stages of a Gauss step by Newton's method (newton_stages.h). Component k of ∂K/∂(q, p) at stage i
+    /// is stages[i · per_stage + k · per_component].
     static void newton_stages(const CalledSystem<V, N>& system, StepperState<V, N>& step, const GaussNumbers<S>& w,
                               int s, V* stages, int per_stage, int per_component);
-    /// Returns the dense output of a Gauss step.
+    /// Returns the dense output of a Gauss step: its collocation polynomial.
     static Curve<V> collocation_curve(const StepperState<V, N>& step, const Coefficients& coefficients);
 };
 

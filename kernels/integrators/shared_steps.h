@@ -1,4 +1,4 @@
-/// Definitions of the code that all Hamiltonians share. Each value type is instantiated in one translation unit.
+/// Definitions of the code that shared.h declares. Each value type is instantiated in one translation unit.
 #pragma once
 
 #include "kernels/integrators/composition.h"

@@ -6,17 +6,16 @@
 
 namespace kagero {
 
-/// Stepper for K = ½|p|² + V(q), with or without time rescaling: drift q += t p, kick p −= t ∂V/∂q. It uses the
-/// Runge–Kutta–Nyström fractions of Blanes & Moan (2002).
+/// Stepper for K = ½|p|² + V(q), with or without time rescaling: drift q += t p, kick p −= t ∂V/∂q. The fractions are
+/// those of the Runge–Kutta–Nyström methods of Blanes & Moan (2002).
 struct Nystroem {
     static constexpr MethodFamily family = MethodFamily::nystroem;
     template <class System>
     static constexpr const char* refusal() {
         if (rates_need_p<System>())
-            return "it can carry only quantities whose rates depend on position alone, and here a rate depends on the "
-                   "momentum";
-        return System::separable ? nullptr
-                                 : "the Hamiltonian that it would integrate is not of the form |p|^2/2 + V(q)";
+            return "the method can carry only quantities whose rates depend on the position alone, and a rate of this "
+                   "system depends on the momentum";
+        return System::separable ? nullptr : "the integrated Hamiltonian is not of the form |p|^2/2 + V(q)";
     }
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
@@ -24,13 +23,13 @@ struct Nystroem {
     static constexpr RoundingCounts roundings(const Coefficients& c) {
         return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
     }
-    static constexpr bool resumes = true;
+    static constexpr bool steps_without_begin = true;
     template <class System, class V, int N>
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 
     template <class System, class V, int N>
     static void step(const System& system, StepperState<V, N>& step, const Coefficients& coefficients) {
-        // Rates of further carried quantities may depend on cyclic coordinates, even though K does not.
+        // With N > 1, rates of carried quantities may depend on coordinates that are cyclic in K.
         if constexpr (System::cyclic.any() && N == 1)
             if (step.options.use_symmetry) return step_with_cyclic<System::cyclic>(system, step, coefficients);
         step_with_cyclic<Axes{}>(system, step, coefficients);
@@ -42,8 +41,8 @@ private:
         if constexpr (carried_in<System>() > 1) return System::carried_rates_need_p;
         else return false;
     }
-    /// Performs a step. The momenta of cyclic coordinates are constant, so these coordinates change linearly and are
-    /// updated once, at the end of the step.
+    /// Performs a step. The momenta of the coordinates in `cyclic` are constant, so these coordinates change linearly
+    /// and are updated once, at the end of the step.
     template <Axes cyclic, class System, class V, int N>
     KAGERO_INLINE static void step_with_cyclic(const System& system, StepperState<V, N>& step,
                                                const Coefficients& coefficients) {
@@ -55,7 +54,7 @@ private:
             const V t = step.h * V(S(fraction));
             if (kick) {
                 const State<V> state = make_state(step, q, p);
-                const Vec3<V> force = system.dq(state);
+                const Vec3<V> force = system.gradient_q(state);
                 if constexpr (!cyclic.x) p.x = fnma(t, force.x, p.x);
                 if constexpr (!cyclic.y) p.y = fnma(t, force.y, p.y);
                 if constexpr (!cyclic.z) p.z = fnma(t, force.z, p.z);
@@ -93,11 +92,11 @@ struct ExactSplit {
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
     }
-    /// A kick changes both q and p, so each substep rounds the state twice.
+    /// The flow of R changes both q and p. Each substep is counted as two roundings of the state.
     static constexpr RoundingCounts roundings(const Coefficients& c) {
         return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
     }
-    static constexpr bool resumes = true;
+    static constexpr bool steps_without_begin = true;
     template <class System, class V, int N>
     static void begin(const System&, StepperState<V, N>&, const Coefficients&) {}
 

@@ -1,4 +1,4 @@
-/// Ray states, the step between two of them, and the memory of steppers.
+/// Ray states, the step between two ray states, and the memory of steppers.
 #pragma once
 
 #include "kernels/integrators/coefficients.h"
@@ -7,10 +7,10 @@
 
 namespace kagero {
 
-/// Number of values that a stepper may store from step to step, per ray.
+/// Number of values per ray that a stepper may store from step to step.
 inline constexpr int stepper_memory_size = 8;
 
-/// The carried quantities besides λ. The specialisation for none is empty, so it occupies no memory.
+/// The n carried quantities besides λ. The specialisation for n = 0 is empty, so that it occupies no memory.
 template <class V, int n>
 struct FurtherCarried {
     V value[n];
@@ -23,15 +23,16 @@ struct FurtherCarried<V, 0> {};
 template <class V, int N = default_carried>
 struct RayState : State<V> {
     Vec3<V> velocity;                                        ///< dq/dτ
-    V parameter;                                             ///< λ of H: the first carried quantity
+    V parameter;                                             ///< λ, the first carried quantity
     [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< carried quantities besides λ
-    V energy_terms;                                          ///< EventFunctions::terms
+    V squared_energy_terms;                                          ///< EventFunctions::terms
     V domain;                                                ///< ≤ 0 where the ray has left the medium
     V captured;                                              ///< ≤ 0 where the ray is captured
     V switching;        ///< switching function; changes sign where H is not smooth
     V max_step_length;  ///< greatest permitted length of a step that starts in this state
-    /// Memory of the stepper. Gauss methods store the rounding error of the state, and orbit methods store the orbit.
-    /// At the start of a ray of an orbit method, it contains the rounding errors of position and momentum.
+    /// Memory of the stepper. Gauss methods store the rounding error of the state; orbit methods store L, u, du/dφ and
+    /// a tangential vector (OrbitMemory). Before `begin` of an orbit method, the memory contains the rounding errors of
+    /// position and momentum.
     V stepper_memory[stepper_memory_size] = {};
 
     /// Returns carried quantity k; λ is the first.
@@ -41,20 +42,20 @@ struct RayState : State<V> {
     }
     KAGERO_INLINE V& carried(int k) { return const_cast<V&>(static_cast<const RayState&>(*this).carried(k)); }
 
-    /// Calls a function with each pair of corresponding numbers of two states.
+    /// Calls function(x, y) for each number x of the state a and the corresponding number y of the state b.
     template <class Function>
-    KAGERO_INLINE static void each(RayState& a, const RayState& b, const Function& function) {
-        each_of_motion(a, b, function);
-        function(a.energy_terms, b.energy_terms);
+    KAGERO_INLINE static void for_each_number(RayState& a, const RayState& b, const Function& function) {
+        for_each_motion_number(a, b, function);
+        function(a.squared_energy_terms, b.squared_energy_terms);
         function(a.domain, b.domain);
         function(a.captured, b.captured);
         function(a.switching, b.switching);
         function(a.max_step_length, b.max_step_length);
         for (int k = 0; k < stepper_memory_size; ++k) function(a.stepper_memory[k], b.stepper_memory[k]);
     }
-    /// Calls a function with each pair of numbers of position, momentum, velocity and carried quantities.
+    /// Calls function(x, y) only for position, momentum, velocity and carried quantities.
     template <class Function>
-    KAGERO_INLINE static void each_of_motion(RayState& a, const RayState& b, const Function& function) {
+    KAGERO_INLINE static void for_each_motion_number(RayState& a, const RayState& b, const Function& function) {
         for (int k = 0; k < state_size; ++k) function(a.y[k], b.y[k]);
         function(a.velocity.x, b.velocity.x);
         function(a.velocity.y, b.velocity.y);
@@ -63,32 +64,32 @@ struct RayState : State<V> {
     }
 };
 
-/// Function object that copies the lanes of a mask.
+/// Function object that copies the lanes of a mask from one value to another.
 template <class V>
 struct CopyLanes {
     const MaskOf<V>& lanes;
     KAGERO_INLINE void operator()(V& to, const V& from) const { to = select(lanes, from, to); }
 };
 
-/// The end of a step: the ray state, its energy, and the number of gradients so far.
+/// The end of a step: the ray state, H there, and the number of gradient evaluations since the start of the ray.
 template <class V, int N = default_carried>
 struct StepEnd {
     RayState<V, N> end;
     V energy_error;  ///< |H − H0| / (|p·∂H/∂p| + |H0|) at the end
     V energy;        ///< H at the end
-    V gradients;     ///< number of derivative evaluations of each ray, accumulated over its steps
+    V gradients;     ///< number of gradient evaluations of each ray, accumulated over its steps
 
     /// Copies the given lanes of `from`, except the event functions and the stepper's memory.
     void copy_lanes(const StepEnd& from, const MaskOf<V>& lanes) {
         const CopyLanes<V> copy{lanes};
-        RayState<V, N>::each_of_motion(end, from.end, copy);
+        RayState<V, N>::for_each_motion_number(end, from.end, copy);
         copy(energy_error, from.energy_error);
         copy(energy, from.energy);
         copy(gradients, from.gradients);
     }
 };
 
-/// Data that a step has to compute, and its tolerances. Most members are copies of members of Job.
+/// Options of a step: which data it computes, and its tolerances. Most members are copies of members of Job.
 template <class V>
 struct StepOptions {
     bool compute_carried = false;       ///< compute λ and the further carried quantities
@@ -107,24 +108,24 @@ template <class V, int N = default_carried>
 struct Step : StepEnd<V, N> {
     // Set by the tracing loop, for the next call of the stepper.
     RayState<V, N> start;
-    V h;  ///< step length in the integration parameter τ; 0 in inactive lanes, which such a step leaves unchanged
+    V h;  ///< step length in τ; 0 in inactive lanes, whose state then does not change
     StepOptions<V> options;
 
-    // Set by the stepper, together with the end.
+    // Set by the stepper, in addition to `end`.
     MaskOf<V> energy_is_conserved;  ///< lanes in which H at the end is finite and still close to H0
     MaskOf<V> solved;               ///< lanes in which the implicit equations were solved
     MaskOf<V> accepted;             ///< adaptive methods: lanes in which the local error is within the tolerance
-    V suggested_length;             ///< adaptive methods: length of the next step or of the repetition
+    V suggested_length;             ///< adaptive methods: length of the next step, or of the repeated step
 
     // Iterations of implicit solves, accumulated over the steps.
-    V lane_iterations;                    ///< iterations until the lane of each ray converged
-    std::uint64_t issued_iterations = 0;  ///< iterations until all lanes of the packet converged
+    V lane_iterations;                    ///< for each lane, number of iterations until the lane converged
+    std::uint64_t issued_iterations = 0;  ///< number of iterations until all lanes of the packet converged
 
     /// Copies start, length and end of the step in the given lanes of `from`.
     void copy_lanes(const Step& from, const MaskOf<V>& lanes) {
         const CopyLanes<V> copy{lanes};
-        RayState<V, N>::each(this->end, from.end, copy);
-        RayState<V, N>::each(start, from.start, copy);
+        RayState<V, N>::for_each_number(this->end, from.end, copy);
+        RayState<V, N>::for_each_number(start, from.start, copy);
         copy(h, from.h);
         copy(this->energy_error, from.energy_error);
         copy(this->energy, from.energy);
@@ -132,11 +133,20 @@ struct Step : StepEnd<V, N> {
     }
 };
 
-/// A step with the stage derivatives that the stepper keeps for the next step. `begin` of the stepper initialises them.
+/// A step with the derivatives that the stepper keeps for the next step. `begin` of the stepper initialises them.
 template <class V, int N = default_carried>
 struct StepperState : Step<V, N> {
-    /// Gauss methods: derivatives at the stages of the last step. Compositions: force and velocity at its end.
+    /// Gauss methods: derivatives at the stages of the previous step. Other steppers store vectors (`stage_vector`).
     PhaseGradient<V> stage[max_stages];
+
+    /// Returns the vector in the first three components of stage[i]. Compositions store ∂K/∂q (i = 0) and ∂K/∂p (i = 1)
+    /// at the end of a step. Orbit methods store dq/dφ (i = 0) for `finish`.
+    KAGERO_INLINE Vec3<V> stage_vector(int i) const { return {stage[i][0], stage[i][1], stage[i][2]}; }
+    KAGERO_INLINE void set_stage_vector(int i, const Vec3<V>& vector) {
+        stage[i][0] = vector.x;
+        stage[i][1] = vector.y;
+        stage[i][2] = vector.z;
+    }
 };
 
 /// Integration of rays to the escape sphere without event detection, for rays that cannot meet a surface.
@@ -146,10 +156,10 @@ struct EscapeIntegration {
     double radius;            ///< radius of the escape sphere
     std::uint32_t max_steps;  ///< greatest number of steps
     // Set by the stepper.
-    MaskOf<V> arrived;                    ///< lanes whose final state lies on the sphere
+    MaskOf<V> arrived;                    ///< lanes whose final state lies on the escape sphere
     V steps;                              ///< number of steps of each ray
     std::uint64_t issued_steps = 0;       ///< number of steps of the packet
-    std::uint64_t active_lane_steps = 0;  ///< sum of the numbers of steps of the rays
+    std::uint64_t active_lane_steps = 0;  ///< sum of the numbers of steps of the rays of the packet
 };
 
 }  // namespace kagero

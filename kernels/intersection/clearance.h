@@ -13,18 +13,18 @@ struct ClearBox {
     V box_index = V(ScalarOf<V>(-1));  ///< Index of the box in ClearanceGrid::boxes; −1 before the first `update`.
     Vec3<V> lower = largest(), upper = V(ScalarOf<V>(-1)) * largest();
 
-    /// Returns the lanes whose box contains the whole extent of a curve.
-    KAGERO_INLINE MaskOf<V> contains(const Extent<V>& curve) const {
-        return (curve.lower.x >= lower.x) & (curve.lower.y >= lower.y) & (curve.lower.z >= lower.z) &
-               (curve.upper.x <= upper.x) & (curve.upper.y <= upper.y) & (curve.upper.z <= upper.z);
+    /// Returns the lanes whose clear box contains the box `extent`.
+    KAGERO_INLINE MaskOf<V> contains(const Extent<V>& extent) const {
+        return (extent.lower.x >= lower.x) & (extent.lower.y >= lower.y) & (extent.lower.z >= lower.z) &
+               (extent.upper.x <= upper.x) & (extent.upper.y <= upper.y) & (extent.upper.z <= upper.z);
     }
-    /// Returns a lower bound on the parameter length that a curve needs from q to the boundary of the box; negative if
-    /// q is outside the box. `times` is the result of `min_times_per_length` for the curve.
-    KAGERO_INLINE V exit_parameter(const Vec3<V>& q, const Extent<V>& times) const {
+    /// Returns a lower bound on the time that a curve needs from q to the boundary of the box; negative if q is outside
+    /// the box. Time is the parameter of the curve. `min_times` is the result of `min_times_per_length`.
+    KAGERO_INLINE V min_exit_time(const Vec3<V>& q, const Extent<V>& min_times) const {
         const Vec3<V> down = q - lower, up = upper - q;
-        return min(min(min(down.x * times.lower.x, up.x * times.upper.x),
-                       min(down.y * times.lower.y, up.y * times.upper.y)),
-                   min(down.z * times.lower.z, up.z * times.upper.z));
+        return min(min(min(down.x * min_times.lower.x, up.x * min_times.upper.x),
+                       min(down.y * min_times.lower.y, up.y * min_times.upper.y)),
+                   min(down.z * min_times.lower.z, up.z * min_times.upper.z));
     }
     /// Replaces the boxes of `lanes` by the clear boxes of the grid around q. Returns the lanes whose box has changed.
     std::uint64_t update(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes);
@@ -36,8 +36,9 @@ private:
     }
 };
 
-/// Returns the least parameter length that a curve needs to move by one unit of length along each axis: downward in
-/// `lower`, upward in `upper`. `speeds` are bounds on the derivative of the curve with respect to its parameter.
+/// Returns lower bounds on the time that a curve needs to move by one unit of length along each axis: in the negative
+/// direction (`lower`) and in the positive direction (`upper`). Time is the parameter of the curve. `speeds` contains
+/// bounds on the derivative of the curve.
 template <class V>
 Extent<V> min_times_per_length(const Extent<V>& speeds) {
     const V least(std::numeric_limits<ScalarOf<V>>::min() * 4);
@@ -56,7 +57,7 @@ V clear_box_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     V cell[3], max_excess = zero, side_index = zero;
     for (int k = 0; k < 3; ++k) {
         const V last(S(grid.cells[k] - 1));
-        const V coordinate = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);  // cell centres are whole
+        const V coordinate = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);  // whole at cell centres
         cell[k] = nearest_integer(min(select(coordinate > zero, coordinate, zero), last));  // 0 for NaN
         const V below = -half - coordinate, above = coordinate - last - half;
         side_index = select(below > max_excess, V(S(2 * k)), side_index);
@@ -75,9 +76,9 @@ std::uint64_t ClearBox<V>::update(const ClearanceGrid& grid, const Vec3<V>& q, s
     const std::uint64_t changing = lanes & to_bits(abs(box_here - box_index) > V(S(0.5)));
     if (!changing) return 0;
     const MaskOf<V> changes = from_bits<V>(changing);
-    const auto bound = [&](int bound_index, int k, const V& before) {
+    const auto bound = [&](int bound_index, int k, const V& old_bound) {
         const V cells = look_up(grid.boxes, V(S(3 * bound_index + k)), box_here, V(S(0)), 6, 1);
-        return select(changes, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), before);
+        return select(changes, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), old_bound);
     };
     box_index = select(changes, box_here, box_index);
     lower = {bound(0, 0, lower.x), bound(0, 1, lower.y), bound(0, 2, lower.z)};

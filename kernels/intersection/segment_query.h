@@ -179,7 +179,7 @@ bool is_legal_segment(const Segments<W>& s, int lane) {
     return legal;
 }
 
-/// Queries the active segments and returns the lanes that hit. The end points must be finite.
+/// Queries the active segments, which must be legal (`is_legal_segment`). Returns the lanes that hit.
 template <int W>
 std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
     for ([[maybe_unused]] const int i : lanes_in(active))

@@ -1,4 +1,4 @@
-/// Planes and spheres as level sets, for the refinement of hits.
+/// Planes and spheres as level sets, for the refinement of hits and escapes.
 #pragma once
 
 #include "kernels/abi.h"
@@ -36,7 +36,7 @@ struct LevelSet {
     /// Intersection of the line q + s·v with a level set.
     struct LineIntersection {
         V length;          ///< The parameter s of the intersection.
-        MaskOf<V> misses;  ///< Lanes whose line misses the sphere; s is then that of the nearest point of the line.
+        MaskOf<V> misses;  ///< Lanes whose line misses the sphere; s is then that of the point nearest to the centre.
     };
     /// Returns the intersection of the line q + s·v with the surface. For a sphere, lanes of `decreasing` get the
     /// intersection at which g decreases along v (entry), the other lanes the one at which g increases (exit).
@@ -55,7 +55,7 @@ struct LevelSet {
 
     /// Calls `set(number, other_number)` for each coefficient of two level sets.
     template <class Other, class F>
-    static void for_each_member(LevelSet& one, const LevelSet<Other>& other, const F& set) {
+    static void for_each_coefficient(LevelSet& one, const LevelSet<Other>& other, const F& set) {
         set(one.a, other.a);
         set(one.radius2, other.radius2);
         set(one.d, other.d);
@@ -68,7 +68,7 @@ struct LevelSet {
     }
     /// Copies the surfaces of `lanes` from another level set.
     void assign_lanes(const MaskOf<V>& lanes, const LevelSet& from) {
-        for_each_member(*this, from, [&lanes](V& number, const V& other) { number = select(lanes, other, number); });
+        for_each_coefficient(*this, from, [&lanes](V& own, const V& other) { own = select(lanes, other, own); });
         curved |= from.curved;
     }
 };
@@ -80,7 +80,7 @@ LevelSet<V> sphere_level_set(const V& radius) {
     return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero, true};
 }
 
-/// Returns the plane of triangle `primitive` of a mesh, or the sphere.
+/// Returns the plane of triangle `primitive` if the surface is a mesh, else the sphere.
 inline LevelSet<double> level_set_of(const Surface& surface, std::uint32_t primitive) {
     if (surface.kind == Surface::Kind::sphere) {
         const double* c = surface.center;
@@ -100,21 +100,22 @@ LevelSet<V> level_sets_of(const Surface* surfaces, const std::uint32_t (&surface
     for (int i = 0; i < W; ++i) differences |= (surface[i] ^ surface[first]) | (primitive[i] ^ primitive[first]);
     const LevelSet<double> g = level_set_of(surfaces[surface[first]], primitive[first]);
     LevelSet<V> level_sets;
-    LevelSet<V>::for_each_member(level_sets, g, [](V& number, double first_number) { number = V(S(first_number)); });
+    LevelSet<V>::for_each_coefficient(level_sets, g, [](V& number, double in_all) { number = V(S(in_all)); });
     level_sets.curved = g.curved;
     for (const int i : lanes_in(differences ? lanes : 0)) {
         if (surface[i] == surface[first] && primitive[i] == primitive[first]) continue;
         const LevelSet<double> other = level_set_of(surfaces[surface[i]], primitive[i]);
-        LevelSet<V>::for_each_member(level_sets, other,
-                                     [i](V& number, double own_number) { set_lane(number, i, S(own_number)); });
+        LevelSet<V>::for_each_coefficient(level_sets, other,
+                                          [i](V& number, double own_number) { set_lane(number, i, S(own_number)); });
         level_sets.curved |= other.curved;
     }
     return level_sets;
 }
 
-/// Returns the fraction of the segment a → b at which it meets the surface. `near` is the fraction that Embree found in
-/// float; of two intersections with a sphere, the one nearest to it is returned. Refinement starts at this fraction, so
-/// that no result depends on the rounding of Embree's query.
+/// Returns the fraction of the segment a → b at which the segment meets the surface. If it meets a sphere twice, the
+/// intersection nearest to the fraction `near` is returned; without intersection, `near` itself. For a hit, `near` is
+/// the fraction that Embree found in float. Refinement starts at the returned fraction, so that no result depends on
+/// the rounding of Embree's query.
 template <class V>
 V chord_fraction(const LevelSet<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
     const V zero(ScalarOf<V>(0));

@@ -2,23 +2,23 @@
 /// stepper is one more struct and one more entry of KAGERO_STEPPERS.
 ///
 /// A stepper is a struct with these static functions and constants:
-///   family                                family of methods that it belongs to.
-///   refusal<System>()                     nullptr if it supports the system, else the reason why not.
+///   family                                family of methods that the stepper belongs to.
+///   refusal<System>()                     nullptr if the stepper supports the system, else the reason why not.
 ///   begin(system, step, coefficients)     initialises step.stage at the start of rays.
 ///   step(system, step, coefficients)      performs a step of length step.h from step.start: sets end, solved and the
 ///                                         carried quantities, and counts gradients; adaptive methods also set
 ///                                         accepted and suggested_length.
-///   operations(coefficients, program)     floating-point operations per gradient and per step, from those of the
-///                                         programs of H.
+///   operations(coefficients, program)     floating-point operations per gradient and per step; `program` contains
+///                                         those of the programs of H.
 ///   roundings(coefficients)               number of roundings per step.
-/// These members are optional:
-///   curve<V>                              dense output of the method; without it, dense output is cubic Hermite.
-///   resumes                               a step from a new state or of a new length needs no call of `begin` first.
+/// These members are optional. A constant need only be declared; its value is not used:
+///   curve<V>                              dense output of the method; the default is the cubic Hermite curve.
+///   steps_without_begin                   a step of a new length, or from a new state, needs no call of `begin` first.
 ///   keeps_memory                          RayState::stepper_memory is passed from step to step.
-///   stages_inside                         it evaluates no derivative at the ends of a step, where the gradient of H
-///                                         may be discontinuous.
-///   splits_gradient                       it evaluates ∂K/∂q and ∂K/∂p separately.
-///   shareable<System>()                   true if it may be compiled once for all called systems instead of inlined.
+///   stages_inside                         the stepper evaluates no derivative at the ends of a step, where the
+///                                         gradient of H may be discontinuous.
+///   splits_gradient                       the stepper evaluates ∂K/∂q and ∂K/∂p separately.
+///   shareable<System>()                   returns true if the stepper may be compiled once for all called systems.
 ///   integrate_to_escape(system, step, coefficients, integration)
 ///                                         integrates rays that cannot meet a surface to the escape sphere.
 ///   finish(step)                          changes the end of a step after its event functions have been evaluated.
@@ -36,7 +36,7 @@ namespace kagero {
 /// The list of steppers. Each is compiled once per Hamiltonian that it supports, or once for all called systems.
 #define KAGERO_STEPPERS(X)                                                                                            \
     X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)    \
-    X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_of_4, Gauss<4>)
+    X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_4_stages, Gauss<4>)
 
 /// Identifies a stepper.
 enum class StepperKind : std::uint8_t {
@@ -44,6 +44,7 @@ enum class StepperKind : std::uint8_t {
     KAGERO_STEPPERS(KAGERO_KIND)
 #undef KAGERO_KIND
 };
+/// Number of steppers.
 inline constexpr int kind_count = 0
 #define KAGERO_KIND(...) +1
     KAGERO_STEPPERS(KAGERO_KIND)
@@ -181,7 +182,7 @@ inline constexpr std::array methods{
            StepperKind::gauss, {.gauss = &gauss_tableau<3>}},
     Method{{.name = "gauss8", .order = 8, .symplectic = true, .symmetric = true, .implicit = true,
             .what = "Gauss-Legendre collocation, 4 stages", .is_collocation = true, .representative = true},
-           StepperKind::gauss_of_4, {.gauss = &gauss_tableau<4>}},
+           StepperKind::gauss_4_stages, {.gauss = &gauss_tableau<4>}},
     Method{{.name = "gauss12", .order = 12, .symplectic = true, .symmetric = true, .implicit = true,
             .what = "Gauss-Legendre collocation, 6 stages", .is_collocation = true},
            StepperKind::gauss, {.gauss = &gauss_tableau<6>}},
@@ -190,7 +191,7 @@ inline constexpr std::array methods{
            StepperKind::gauss, {.gauss = &gauss_tableau<8>}},
 };
 
-/// Calls visit.operator()<Stepper>(), where Stepper is the struct of the kind, and returns the result.
+/// Calls visit.operator()<Stepper>(), where Stepper is the struct of the given kind, and returns the result.
 template <class Visit>
 constexpr auto visit_kind(StepperKind kind, const Visit& visit) {
     switch (kind) {

@@ -2,7 +2,7 @@
 /// separately, once per value type.
 #pragma once
 
-#include "kernels/autodiff/listing.h"
+#include "kernels/autodiff/interpreter.h"
 #include "kernels/integrators/curve.h"
 #include "kernels/methods/methods.h"
 
@@ -29,36 +29,38 @@ template <class V>
 struct SpaceKernel {
     /// Constructs the system with the given parameters in the storage.
     void (*construct)(SystemStorage&, const double* parameters);
-    /// True if H is not smooth where RayState::switching changes sign; steps then end at the sign change.
+    /// True if H or its derivatives jump where RayState::switching changes sign; steps then end at the sign change.
     bool discontinuous;
     /// True if no step may be longer than RayState::max_step_length.
     bool bounds_steps;
-    /// True if rays end where RayState::domain (`bounded`) or RayState::captured (`capturing`) is not positive.
-    bool bounded, capturing;
-    /// Cyclic coordinates, which do not occur in K.
+    /// True if H declares a domain: rays end where RayState::domain ≤ 0.
+    bool bounded;
+    /// True if H declares a region of capture: rays end where RayState::captured ≤ 0.
+    bool capturing;
+    /// The cyclic coordinates: K does not depend on them.
     Axes cyclic;
     /// Floating-point operations of the programs of H.
     ProgramOperations operations;
-    /// For each stepper: nullptr if it supports this Hamiltonian, else the reason why not.
+    /// For each stepper: nullptr if the stepper supports this Hamiltonian, else the reason why not.
     const char* refusal[kind_count];
     /// Initialises velocity, energy and the memory of the stepper at the start of rays.
     void (*begin[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// Performs one step from `start` to `end`.
     void (*step[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// Returns the dense output of a step; nullptr if it is the cubic Hermite curve.
+    /// Returns the dense output of a step; nullptr if dense output is the cubic Hermite curve.
     Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
-    /// Integrates rays to the escape sphere, or captured rays to their last step; nullptr if the stepper has no such
-    /// function.
+    /// Integrates rays to the escape sphere; a captured ray stops at its last state outside the region of capture.
+    /// nullptr if the stepper has no such function.
     void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&,
                                             EscapeIntegration<V>&);
-    /// `begin` and `step` for rays that are known to be straight.
+    /// `begin` and `step` for scenes in which every ray is straight.
     void (*begin_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
-    /// Returns the switching function at a state; nullptr if H is smooth.
+    /// Returns the switching function at a state; nullptr if H declares none.
     V (*switching_function)(const SystemStorage&, const State<V>&);
-    /// For the reverse sweep along rays (sweep.h): the program of ∂K/∂(q, p) as data, and dλ/dτ at a state. They exist
-    /// only for packets of double.
-    ListingWithValues<double> (*derivatives)(const SystemStorage&);
+    /// Return the program of ∂K/∂(q, p) as data, and dλ/dτ at a state. The reverse sweep along rays (adjoint/sweep.h)
+    /// uses them. They are nullptr except for packets of double.
+    ProgramWithUniforms<double> (*derivatives)(const SystemStorage&);
     V (*time_rescaling_factor)(const SystemStorage&, const State<V>&);
 };
 

@@ -21,19 +21,20 @@ struct Straight {
 
 namespace detail {
 
-/// Greatest permitted energy error at the end of a step, relative to the terms of H. A larger error means that the
-/// state belongs to a different ray.
+/// Greatest permitted |K| at the end of a step, relative to the square root of squared_energy_terms. A greater error
+/// means that the end of the step lies on a different ray.
 template <class S>
 inline constexpr S max_energy_error = S(0.03);
 
-/// Evaluates the event functions at a state, and H if it is recorded. Not inlined, so that all steppers share it.
+/// Evaluates the event functions at a state, and H if options.compute_energy is set. `terms_before` is the value of
+/// squared_energy_terms at the start of the step. The function is not inlined, so that all steppers share its code.
 template <class System, class V>
 __attribute__((noinline)) void evaluate_event_functions(const System& system, StepperState<V>& step, RayState<V>& at,
                                                         const V& terms_before) {
     using S = ScalarOf<V>;
     const EventFunctions<V> values = system.event_functions(at);
     at.velocity = values.velocity;
-    at.energy_terms = values.terms;
+    at.squared_energy_terms = values.squared_energy_terms;
     at.domain = values.domain;
     at.captured = values.captured;
     at.switching = values.switching;
@@ -43,11 +44,11 @@ __attribute__((noinline)) void evaluate_event_functions(const System& system, St
         at.captured = max(at.captured, norm(stretched) - V(step.options.capture_radius));
     }
     // The error is relative to the greater of the terms at both ends, because p may vanish where a ray turns back.
-    const V terms = max(values.terms, terms_before);
+    const V terms = max(values.squared_energy_terms, terms_before);
+    const MaskOf<V> finite = terms - terms <= V(S(0));
     step.energy_is_conserved = (values.energy_residual * values.energy_residual <=
-                      V(max_energy_error<S> * max_energy_error<S>) * terms) &
-                     (terms - terms <= V(S(0)));  // false if the terms are not finite
-    if (step.options.compute_energy_error) step.energy_error = abs(values.energy_residual) / values.size;
+                                V(max_energy_error<S> * max_energy_error<S>) * terms) & finite;
+    if (step.options.compute_energy_error) step.energy_error = abs(values.energy_residual) / values.energy_scale;
     if (step.options.compute_energy) step.energy = system.energy(at) + V(S(system.level()));
 }
 
@@ -55,10 +56,10 @@ __attribute__((noinline)) void evaluate_event_functions(const System& system, St
 template <class System, class V>
 KAGERO_INLINE void evaluate_end(const System& system, StepperState<V>& step) {
     step.end.pt() = step.start.pt();
-    evaluate_event_functions(system, step, step.end, step.start.energy_terms);
+    evaluate_event_functions(system, step, step.end, step.start.squared_energy_terms);
 }
 
-/// Evaluates the event functions at the start of a ray, where no step has ended.
+/// Evaluates the event functions at the start of a ray.
 template <class System, class V>
 KAGERO_INLINE void evaluate_start(const System& system, StepperState<V>& step) {
     evaluate_event_functions(system, step, step.start, V(ScalarOf<V>(0)));
@@ -72,8 +73,8 @@ constexpr bool is_shared() {
     else return false;
 }
 
-/// Returns the system as the base class that the stepper needs, so that code for equal base classes is compiled only
-/// once.
+/// Returns the system as a reference to the base class that the stepper needs. Code that uses the same base class is
+/// then compiled only once for several systems.
 template <class System, class Stepper>
 const auto& system_for(const SystemStorage& storage) {
     const System& system = system_in<System>(storage);
@@ -107,24 +108,24 @@ void integrate_to_escape(const SystemStorage& storage, StepperState<V>& step, co
                          EscapeIntegration<V>& integration) {
     const System& system = system_in<System>(storage);
     Stepper::integrate_to_escape(system, step, coefficients, integration);
-    const V worst = step.energy_error;
+    const V greatest_error_before_end = step.energy_error;
     evaluate_end(system, step);
     Stepper::finish(step);
-    if (step.options.compute_energy_error) step.energy_error = max(step.energy_error, worst);
+    if (step.options.compute_energy_error) step.energy_error = max(step.energy_error, greatest_error_before_end);
 }
 
-/// Returns nullptr if the stepper supports the system, else the reason why not. Steps end on a surface where the
-/// gradient of H is discontinuous. A derivative that is evaluated on this surface may belong to the wrong side.
+/// Returns nullptr if the stepper supports the system, else the reason why not. Steps end at a discontinuity of the
+/// gradient of H. A gradient that is evaluated there may be that of the wrong side.
 template <class System, class Stepper>
 constexpr const char* refusal() {
     if constexpr (System::discontinuous && !requires { Stepper::stages_inside; })
-        return "it evaluates derivatives on the surface where the gradient of H is discontinuous, and loses its order "
-               "there";
+        return "the method evaluates derivatives on the surface where the gradient of H is discontinuous, and loses "
+               "its order there";
     else
         return Stepper::template refusal<System>();
 }
 
-/// Adds the functions of a stepper to the kernel.
+/// Adds the functions of the stepper with the index `kind` to the kernel.
 template <class System, class Stepper, class V>
 constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
     kernel.begin[kind] = begin<System, Stepper, V>;
@@ -134,9 +135,9 @@ constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
         kernel.integrate_to_escape[kind] = integrate_to_escape<System, Stepper, V>;
 }
 
-/// Returns a kernel that contains only the stepper for straight rays.
+/// Returns a kernel whose only stepper is the one for straight rays.
 template <class System, class V>
-constexpr SpaceKernel<V> kernel_without_steps() {
+constexpr SpaceKernel<V> kernel_for_straight_rays() {
     SpaceKernel<V> kernel{};
     kernel.discontinuous = System::discontinuous;
     kernel.bounds_steps = System::bounds_steps;
@@ -153,7 +154,7 @@ constexpr SpaceKernel<V> kernel_without_steps() {
 /// Returns the kernel of a system with all steppers that support it.
 template <class System, class V>
 constexpr SpaceKernel<V> make_space_kernel() {
-    SpaceKernel<V> kernel = kernel_without_steps<System, V>();
+    SpaceKernel<V> kernel = kernel_for_straight_rays<System, V>();
     for (int k = 0; k < kind_count; ++k) {
         visit_kind(static_cast<StepperKind>(k), [&]<class Stepper>() {
             kernel.refusal[k] = refusal<System, Stepper>();
@@ -162,7 +163,7 @@ constexpr SpaceKernel<V> make_space_kernel() {
     }
     if constexpr (std::is_same_v<ScalarOf<V>, double> && lane_count<V> > 1) {
         kernel.derivatives = [](const SystemStorage& storage) {
-            return system_in<System>(storage).derivatives_listing();
+            return system_in<System>(storage).derivatives_with_uniforms();
         };
         kernel.time_rescaling_factor = [](const SystemStorage& storage, const State<V>& s) {
             return system_in<System>(storage).time_rescaling_factor(s);

@@ -1,4 +1,4 @@
-/// The task of one call: the job, its method and the kernel of its Hamiltonian.
+/// The task of one call of a kernel: the job, its method, and the functions of its Hamiltonian.
 #pragma once
 
 #include "kernels/abi.h"
@@ -15,48 +15,55 @@ template <class V>
 struct Task {
     const Job& job;
     const Method& method;
-    bool straight;           ///< all rays are straight
-    bool keeps_memory;       ///< RayState::stepper_memory is passed from step to step
-    bool resumes;            ///< a step from a new state needs no call of `begin` before it
-    bool corrects_by_kutta;  ///< correction steps use Kutta's classical Runge–Kutta method
+    bool straight;             ///< all rays are straight
+    bool keeps_memory;         ///< RayState::stepper_memory is passed from step to step
+    bool steps_without_begin;  ///< a step of a new length, or from a new state, needs no call of `begin` before it
+    bool corrects_by_kutta;    ///< correction steps use the classical Runge–Kutta method of Kutta
     const SpaceKernel<V>& kernel;
-    Curve<V> (*own_curve)(const StepperState<V>&,
-                          const Coefficients&);  ///< dense output of the method; nullptr: cubic Hermite
+    /// Returns the dense output of the method; nullptr if dense output is the cubic Hermite curve.
+    Curve<V> (*method_curve)(const StepperState<V>&, const Coefficients&);
     SystemStorage system;
-    ClearBox<V> first_box;  ///< clear box around the camera
+    ClearBox<V> camera_clear_box;  ///< clear box around the camera
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
         : job(j), method(methods[j.integrator]), straight(is_straight),
           keeps_memory(visit_kind(method.kind, []<class Stepper>() { return requires { Stepper::keeps_memory; }; })),
-          resumes(straight || visit_kind(method.kind, []<class Stepper>() { return requires { Stepper::resumes; }; })),
+          steps_without_begin(straight || visit_kind(method.kind, []<class Stepper>() {
+              return requires { Stepper::steps_without_begin; };
+          })),
           corrects_by_kutta(!straight && !method.info.angular && k.step[static_cast<int>(StepperKind::runge_kutta)]),
-          kernel(k), own_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
+          kernel(k), method_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
         kernel.construct(system, job.parameters);
         if (job.camera && job.geometry && job.geometry->clearance) {
             const auto* q = job.camera->position;
-            first_box.update(*job.geometry->clearance,
-                             {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))}, ~std::uint64_t(0));
+            camera_clear_box.update(*job.geometry->clearance,
+                                    {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))},
+                                    ~std::uint64_t(0));
         }
     }
-    /// Returns true if the stepper can integrate rays to the escape sphere without the tracing loop.
+    /// Returns true if `integrate_to_escape` can be called.
     bool can_integrate_to_escape() const { return !straight && kernel.integrate_to_escape[kind()]; }
-    /// Returns the number of stages of a Gauss method, else 0.
+    /// Returns the number of stages of a Gauss method; 0 for other methods.
     int stages() const { return method.coefficients.gauss ? method.coefficients.gauss->stages : 0; }
+    /// Initialises the stepper at the start of rays.
     void begin(StepperState<V>& step) const {
         (straight ? kernel.begin_straight : kernel.begin[kind()])(system, step, method.coefficients);
     }
+    /// Performs one step.
     void step(StepperState<V>& step) const {
         (straight ? kernel.step_straight : kernel.step[kind()])(system, step, method.coefficients);
     }
-    /// Performs a correction step, whose length is the error of the dense output at an event. It may use a method of
-    /// order four: suppose that a step covers the fraction x of the radius of convergence of the solution. The cubic
-    /// curve then has an error of about x⁴/16 of the step (Hairer, Nørsett & Wanner 1993, §II.6). Over this distance, a
-    /// method of order four has an error of x²⁵/10⁶, less than that of any method in `methods` over the whole step.
+    /// Performs a correction step, whose length is the error of the dense output at an event. A method of order four is
+    /// accurate enough for the following reason. Suppose that a step covers the fraction x of the radius of convergence
+    /// of the solution. The cubic Hermite curve then has an error of about x⁴/16 of the step (Hairer, Nørsett & Wanner
+    /// 1993, §II.6). Over this distance, a method of order four has an error of x²⁵/10⁶, which is less than the error
+    /// of any method in `methods` over the whole step.
     void correction_step(StepperState<V>& step) const {
         if (corrects_by_kutta)
             kernel.step[static_cast<int>(StepperKind::runge_kutta)](system, step, {.table = &kutta4});
         else this->step(step);
     }
+    /// Integrates rays to the escape sphere without event detection.
     void integrate_to_escape(StepperState<V>& step, EscapeIntegration<V>& integration) const {
         kernel.integrate_to_escape[kind()](system, step, method.coefficients, integration);
     }
@@ -65,14 +72,15 @@ struct Task {
     void begin_next(Step<V>& step) const {
         copy_end_to_start(step, [](V& to, const V& from) __attribute__((always_inline)) { to = from; });
     }
+    /// Returns the index of the stepper in the arrays of SpaceKernel.
     int kind() const { return static_cast<int>(method.kind); }
     /// Returns the dense output of a step.
     Curve<V> curve(const StepperState<V>& step) const {
-        return own_curve ? own_curve(step, method.coefficients) : Curve<V>::hermite(step);
+        return method_curve ? method_curve(step, method.coefficients) : Curve<V>::hermite(step);
     }
-    /// Returns a box that contains the dense output.
+    /// Returns a box that contains the dense output of a step.
     Extent<V> extent(const StepperState<V>& step) const {
-        return own_curve ? own_curve(step, method.coefficients).extent() : Curve<V>::hermite(step).extent();
+        return method_curve ? method_curve(step, method.coefficients).extent() : Curve<V>::hermite(step).extent();
     }
 
 private:
@@ -80,8 +88,8 @@ private:
     KAGERO_INLINE void copy_end_to_start(Step<V>& step, const Copy& copy) const {
         RayState<V>& to = step.start;
         const RayState<V>& from = step.end;
-        RayState<V>::each_of_motion(to, from, copy);
-        copy(to.energy_terms, from.energy_terms);
+        RayState<V>::for_each_motion_number(to, from, copy);
+        copy(to.squared_energy_terms, from.squared_energy_terms);
         if (keeps_memory)
             for (int k = 0; k < stepper_memory_size; ++k) copy(to.stepper_memory[k], from.stepper_memory[k]);
         if (kernel.bounded) copy(to.domain, from.domain);

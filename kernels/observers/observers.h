@@ -22,32 +22,33 @@ struct MomentumExpansion {
     Matrix<4> hessian;               ///< ∂²H/∂p_a∂p_b, which does not depend on p
 };
 
-/// Returns the expansion of H at the position q. Because the gradient is linear in p, each row of second derivatives is
-/// the difference of two gradients, at momenta that differ by 1 in one component.
+/// Returns the expansion of H at the position q. Because ∂H/∂p is linear in p, each column of second derivatives is the
+/// difference of two gradients ∂H/∂p, at momenta that differ by 1 in one component.
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
-    using First = Dual<double, 4>;
-    First k[H::parameters.size() + 1];
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = First(parameters[i]);
-    const auto at = [&](const std::array<double, 4>& p) {
-        const auto variable = [&p](int i) { return First::variable(p[i], i); };
-        return H::energy(make_parameters<H>(k), Vec3<First>{First(q[0]), First(q[1]), First(q[2])},
-                         Vec3<First>{variable(0), variable(1), variable(2)}, variable(3));
+    using DualNumber = Dual<double, 4>;
+    DualNumber k[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = DualNumber(parameters[i]);
+    // Returns H at the momentum p.
+    const auto energy_at = [&](const std::array<double, 4>& p) {
+        const auto variable = [&p](int i) { return DualNumber::variable(p[i], i); };
+        return H::energy(make_parameters<H>(k), Vec3<DualNumber>{DualNumber(q[0]), DualNumber(q[1]), DualNumber(q[2])},
+                         Vec3<DualNumber>{variable(0), variable(1), variable(2)}, variable(3));
     };
-    const First h = at({0, 0, 0, pt});
+    const DualNumber h = energy_at({0, 0, 0, pt});
     MomentumExpansion e{h.value, h.derivative, {}};
     for (int b = 0; b < 4; ++b) {
         std::array<double, 4> p{0, 0, 0, pt};
         p[b] += 1;
-        const First shifted = at(p);
+        const DualNumber shifted = energy_at(p);
         for (int a = 0; a < 4; ++a) e.hessian[a][b] = shifted.derivative[a] - h.derivative[a];
     }
     return e;
 }
 
-/// Computes the start of a ray at q with the velocity ∂H/∂p = μ d, where d is a direction in coordinates, and μ > 0 is
-/// chosen so that H = H0. Let v0 be the velocity at the momentum (0, 0, 0, p_t), and G the spatial block of
-/// ∂²H/∂p_a∂p_b. Then p = G⁻¹(μ d − v0).
+/// Computes the start of a ray at q with the velocity ∂H/∂p = μ d/|d|, where d is a direction in coordinates, and μ > 0
+/// is chosen so that H = H0. Let v0 be the velocity at the momentum (0, 0, 0, p_t), and G the spatial block of
+/// ∂²H/∂p_a∂p_b. Then p = G⁻¹(μ d/|d| − v0).
 template <class H>
 Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
     const double pt = H::spacetime ? 1.0 : 0.0;
@@ -57,7 +58,7 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
         if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
     if (!(length > 0)) return out.failure = Failure::zero_direction;
     const MomentumExpansion e = expand_in_momentum<H>(parameters, q, pt);
-    Matrix<3> spatial_block{};  // G, which is part of the inverse metric in a spacetime
+    Matrix<3> spatial_block{};  // G; in a spacetime it is the spatial block of the inverse metric
     bool finite = std::isfinite(e.value);
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) {
@@ -86,21 +87,23 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
 /// Returns ∂r/∂q of the radius r of a black hole (Boyer–Lindquist or Schwarzschild), and sets `radius` to r.
 template <class H>
 std::array<double, 3> radius_gradient(const double* parameters, const double (&q)[3], double& radius) {
-    using First = Dual<double, 3>;
-    First k[H::parameters.size() + 1];
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = First(parameters[i]);
-    const auto at = [&](int i) { return First::variable(q[i], i); };
-    const First r = H::radius(make_parameters<H>(k), Vec3<First>{at(0), at(1), at(2)});
+    using DualNumber = Dual<double, 3>;
+    DualNumber k[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = DualNumber(parameters[i]);
+    const auto variable = [&](int i) { return DualNumber::variable(q[i], i); };
+    const Vec3<DualNumber> position{variable(0), variable(1), variable(2)};
+    const DualNumber r = H::radius(make_parameters<H>(k), position);
     radius = r.value;
     return r.derivative;
 }
 
-/// Declares the 4-velocity of matter that falls from rest at infinity: u_r = −infall(k, r) (see schwarzschild.h).
+/// H declares the 4-velocity of matter that falls from rest at infinity: u_r = −infall(k, r) (see schwarzschild.h).
 template <class H>
-concept Infalling = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
+concept HasInfall = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
-/// Returns true if q is inside the outer horizon, r₊ = M + √(M² − a²), where no observer can stay at rest.
-template <Infalling H>
+/// Returns true if q is inside or on the outer horizon, r₊ = M + √(M² − a²), where no observer can stay at rest. If
+/// a > M, there is no horizon, and r₊ = M is used.
+template <HasInfall H>
 bool within_horizon(const double* parameters, const double (&q)[3]) {
     const auto k = make_parameters<H>(parameters);
     const Hole hole = H::hole(k);
@@ -108,16 +111,16 @@ bool within_horizon(const double* parameters, const double (&q)[3]) {
            hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
 }
 
-/// Returns the covariant 4-velocity (u_x, u_y, u_z, u_t) of an observer, up to a factor:
-///   static      g_{at}, so that u^a points along ∂_t; `metric` is g_{ab}
-///   coordinate  −∂t/∂x^a, where t is the time coordinate of H
-///   zamo        −∂t'/∂x^a, where t' is the Boyer–Lindquist or Schwarzschild time; without a black hole, t
-///   falling     that of matter that falls from rest at infinity
+/// Returns the covariant 4-velocity u_a = (u_x, u_y, u_z, u_t) of an observer, up to a factor. The observer is one of:
+///   static      u_a = g_{at}, so that u^a points along ∂_t; `metric` is g_{ab}
+///   coordinate  u_a = −∂t/∂x^a, where t is the time coordinate of H
+///   zamo        u_a = −∂t'/∂x^a, where t' is the Boyer–Lindquist or Schwarzschild time; without a black hole, t' = t
+///   falling     the 4-velocity of matter that falls from rest at infinity
 template <class H>
 std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3],
                                        const Matrix<4>& metric) {
     if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
-    if constexpr (Infalling<H>) {
+    if constexpr (HasInfall<H>) {
         double r;
         const std::array<double, 3> dr = radius_gradient<H>(parameters, q, r);
         const auto k = make_parameters<H>(parameters);
@@ -130,7 +133,8 @@ std::array<double, 4> lowered_velocity(ObserverKind kind, const double* paramete
     }
 }
 
-/// Computes the map p = N(q) d from unit directions d to momenta in an isotropic medium, where observers are at rest.
+/// Computes the map p = N(q) d from unit directions d to momenta, for an observer at rest in an isotropic medium with
+/// the index of refraction N(q).
 template <class H>
 Failure observe_medium(const double* parameters, const double (&q)[3], StartMap& map) {
     RayStart start;
@@ -140,18 +144,20 @@ Failure observe_medium(const double* parameters, const double (&q)[3], StartMap&
     return Failure::none;
 }
 
-/// Computes the map from directions in the rest frame of an observer at q to momenta. H has the outgoing form of the
-/// metric of a black hole. For a falling observer the ingoing form is used, which is the outgoing form with t → −t. In
-/// the ingoing form a black hole with the same parameters rotates in the opposite direction
+/// Computes the map from directions in the rest frame of an observer at q to momenta. For a black hole, H contains the
+/// metric in outgoing coordinates. For a falling observer, the metric in ingoing coordinates is used: the same metric
+/// with t → −t. In ingoing coordinates, a black hole with the same parameters rotates in the opposite direction
 /// (ParameterInfo::flips_under_time_reversal).
 template <class H>
 Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
-    const bool needs_hole = kind == ObserverKind::falling || kind == ObserverKind::zamo;
-    if (needs_hole && (!H::spacetime || (kind == ObserverKind::falling && !Infalling<H>))) return Failure::no_observer;
+    const bool needs_spacetime = kind == ObserverKind::falling || kind == ObserverKind::zamo;
+    if (needs_spacetime && (!H::spacetime || (kind == ObserverKind::falling && !HasInfall<H>)))
+        return Failure::no_observer;
     if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
-    // Inside the inner horizon u^a along ∂_t may be timelike again, but light from there cannot reach the outside.
-    if constexpr (Infalling<H>)
+    // Inside the inner horizon, a vector along ∂_t may be timelike again. Observers there are refused nevertheless,
+    // because light from there cannot reach the outside.
+    if constexpr (HasInfall<H>)
         if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q))
             return Failure::no_observer;
     Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
@@ -165,8 +171,8 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
     return rest_frame(inverse_metric, g, lowered_velocity<H>(kind, parameters, q, g), time_sign, map);
 }
 
-/// Returns the frequency p · u of a ray for matter at q that moves with the velocity v = dx/dt; 1 in a medium. See
-/// `frequency_in`.
+/// Returns the frequency p · u of a ray in the rest frame of matter at q that moves with the velocity v = dx/dt, as
+/// `frequency_in` does. In a medium, returns 1.
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
                     const double (&v)[3], double time_sign) {

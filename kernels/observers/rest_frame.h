@@ -1,5 +1,5 @@
-/// The rest frame of an observer, from the metric at its position. `inverse_metric` is g^{ab} = ∂²H/∂p_a∂p_b, and `g`
-/// is g_{ab}. The indices 0 to 3 are those of x, y, z, t.
+/// The rest frame of an observer, computed from the metric at its position. `inverse_metric` is g^{ab} = ∂²H/∂p_a∂p_b,
+/// and `g` is g_{ab}. The indices 0, 1, 2, 3 belong to x, y, z, t.
 #pragma once
 
 #include "kernels/abi.h"
@@ -14,8 +14,8 @@ namespace kagero {
 template <int n>
 using Matrix = std::array<std::array<double, n>, n>;
 
-/// Returns the inverse of a matrix by Gauss–Jordan elimination with partial pivoting. It is not finite if the matrix is
-/// singular.
+/// Returns the inverse of a matrix by Gauss–Jordan elimination with partial pivoting. The result is not finite if the
+/// matrix is singular.
 template <int n>
 Matrix<n> inverse(Matrix<n> m) {
     Matrix<n> r{};
@@ -61,23 +61,23 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
 /// Computes the map from directions d in the rest frame of an observer to momenta. `u` is the covariant 4-velocity of
 /// the observer, up to a factor. Let e_i be the coordinate axes, projected orthogonally to u, and h_ik = e_i · e_k. The
 /// axes of the frame are E_i = Σ_k (h^(−1/2))_ik e_k (symmetric orthonormalization). Rays are followed backward from
-/// the eye: p = −u + Σ_i d_i E_i. If `time_sign` is −1, the given metric is that with t → −t, and the map negates p_t
-/// to return to the original t.
+/// the eye: p = −u + Σ_i d_i E_i. If `time_sign` is −1, the given metric is the metric of H with t → −t; the map then
+/// negates p_t, so that p belongs to H.
 inline Failure rest_frame(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u,
                           double time_sign, StartMap& map) {
     std::array<double, 4> contravariant_u{};
-    double square = 0, sum_of_magnitudes = 0;
+    double u_squared = 0, sum_of_magnitudes = 0;
     for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) contravariant_u[a] += inverse_metric[a][b] * u[b];
     for (int a = 0; a < 4; ++a) {
-        square += u[a] * contravariant_u[a];
+        u_squared += u[a] * contravariant_u[a];
         sum_of_magnitudes += std::abs(u[a] * contravariant_u[a]);
     }
     // u² must be negative; on a horizon it may be zero up to rounding.
-    if (!(square < -64 * std::numeric_limits<double>::epsilon() * sum_of_magnitudes) || !std::isfinite(square))
+    if (!(u_squared < -64 * std::numeric_limits<double>::epsilon() * sum_of_magnitudes) || !std::isfinite(u_squared))
         return Failure::no_observer;
-    // u^t > 0: the 4-velocity points to the future.
-    const double scale = (contravariant_u[3] > 0 ? 1 : -1) / std::sqrt(-square);
+    // The 4-velocity points to the future: u^t > 0.
+    const double scale = (contravariant_u[3] > 0 ? 1 : -1) / std::sqrt(-u_squared);
     for (int a = 0; a < 4; ++a) {
         u[a] *= scale;
         contravariant_u[a] *= scale;
@@ -85,12 +85,12 @@ inline Failure rest_frame(const Matrix<4>& inverse_metric, const Matrix<4>& g, s
     Matrix<3> h{};  // e_i · e_k with e_i^a = δ_i^a + u^a u_i
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) h[i][k] = g[i][k] + u[i] * u[k];
-    const Matrix<3> root = inverse_square_root(h);
+    const Matrix<3> inverse_root = inverse_square_root(h);
     for (int a = 0; a < 4; ++a) {
         const double sign = a == 3 ? time_sign : 1;
         map.offset[a] = -sign * u[a];
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) map.matrix[a][i] += sign * root[i][k] * (g[k][a] + u[k] * u[a]);
+            for (int k = 0; k < 3; ++k) map.matrix[a][i] += sign * inverse_root[i][k] * (g[k][a] + u[k] * u[a]);
     }
     return Failure::none;
 }
@@ -104,10 +104,10 @@ inline bool metric_of(const Matrix<4>& inverse_metric, Matrix<4>& g) {
     return true;
 }
 
-/// Returns the frequency p · u of a ray for matter with the 4-velocity u = u^t (v, 1). Rays are followed backward from
-/// the eye. The momentum of the light is therefore k = −p, and its frequency is −k · u = p · u. If `time_sign` is −1,
-/// the metric is that with t → −t, in which the velocity of the matter is −v. Returns NaN if |v| is not below the speed
-/// of light.
+/// Returns the frequency p · u of a ray in the rest frame of matter with the 4-velocity u = u^t (v, 1). Rays are
+/// followed backward from the eye. The momentum of the light is therefore k = −p, and its frequency is −k · u = p · u.
+/// If `time_sign` is −1, the velocity of the matter is v in the coordinates with t → −t, and −v in those of H. Returns
+/// NaN if |v| is not below the speed of light.
 inline double frequency_in(const Matrix<4>& inverse_metric, const double (&p)[3], double pt, const double (&v)[3],
                            double time_sign) {
     const Matrix<4> g = inverse<4>(inverse_metric);

@@ -1,19 +1,20 @@
-/// Integration of rays around a centre in their orbit plane, by Binet's equation: u = 1/r as a function of the swept
-/// angle φ. Two of the six variables remain. The step is an angle in radians and does not depend on the size of the
-/// scene.
+/// Integration of rays around a spherically symmetric centre in their orbit plane, by Binet's equation: u = 1/r is a
+/// function of the swept angle φ. Only the two variables u and w = du/dφ are integrated. The step is an angle in
+/// radians and does not depend on the size of the scene.
 ///
 ///     du/dφ = w,   dw/dφ = −∂V/∂u,   L dλ/dφ = 1/u² + D(u)
 ///
-/// The header of the Hamiltonian defines V, and D where it is not zero. L is |q × p|. E = ½w² + V is constant and
-/// separable, so Nyström fractions apply (Blanes & Moan 2002). Far from the centre, 1/u² changes much in one step. The
-/// term −w/u, which is proportional to λ on a straight line, removes most of this change. For every constant c,
+/// The Hamiltonian declares V as `orbit_potential`, and D, if it is not zero, as `orbit_delay`. L is |q × p|.
+/// E = ½w² + V is constant and separable, so Nyström methods apply (Blanes & Moan 2002). Far from the centre, 1/u²
+/// changes much in one step, which makes its integral inaccurate. On a straight line, −w/u is proportional to λ, so
+/// most of the integral is expressed by the change of −w/u. For every constant c,
 ///
 ///     c/u² = d(−w/u)/dφ + (c − 2E + 2V − u ∂V/∂u)/u²
 ///
-/// The code uses c = 2E, or ¼ (u² + w²) at the start of the step if that is greater. The last term is then small far
-/// from the centre. It is a function of u alone, so each kick adds it. The start and the end of a step are also
-/// computed as position and momentum, for event detection. The two sheets of a wormhole are images of each other by
-/// inversion; u is the inverse radius on the sheet that the ray is on.
+/// The code uses the greater of c = 2E and c = ¼ (u² + w²) at the start of the step. The last term is then small far
+/// from the centre. It is a function of u alone, so each kick adds its value to the integral. Position and momentum at
+/// the start and the end of a step are computed as well, for event detection. The two sheets of a wormhole are images
+/// of each other by inversion; u is the inverse radius on the sheet that the ray is on.
 #pragma once
 
 #include "kernels/integrators/composition.h"
@@ -24,23 +25,24 @@ namespace kagero {
 /// Stepper for the motion in the orbit plane.
 struct Orbit {
     static constexpr MethodFamily family = MethodFamily::nystroem;
-    static constexpr bool keeps_memory = true;  ///< the orbit; it would be less accurate if recomputed from each state
-    static constexpr bool resumes = true;
+    /// The memory is the motion in the plane, which would be less accurate if it were recomputed from each state.
+    static constexpr bool keeps_memory = true;
+    static constexpr bool steps_without_begin = true;
 
     template <class System>
     static constexpr const char* refusal() {
         if (System::rescaled)
-            return "it steps in the angle of the orbit, without time rescaling; set integrator.rescale = \"none\"";
+            return "the method integrates over an angle, without time rescaling; set integrator.rescale = \"none\"";
         if (refusal_to_carry<System>()) return refusal_to_carry<System>();
         return HasOrbitPlane<typename System::Hamiltonian>
                    ? nullptr
                    : "the Hamiltonian of this space defines no potential in the orbit plane";
     }
-    /// Returns the numbers of operations. A step with conversions to and from the plane takes 145 operations, including
-    /// the rotation of the axes. A step within the plane takes 40, for the limit of the step and the test of whether it
-    /// is the last. Sines, cosines and roots count as the operations that they consist of.
+    /// Returns the numbers of floating-point operations. A step with conversions to and from the plane takes 145
+    /// operations, including the rotation of the axes. A step within the plane takes 40, for the limit of the step and
+    /// the test of whether the ray has arrived. A sine, cosine or root counts as its floating-point operations.
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
-        return {program.slope + 5, program.event_functions + 145, 40};
+        return {program.potential_slope + 5, program.event_functions + 145, 40};
     }
     /// The conversions to and from the orbit plane round the state 8 times.
     static constexpr RoundingCounts roundings(const Coefficients& c) {
@@ -49,7 +51,7 @@ struct Orbit {
 
     template <class System, class V>
     static void begin(const System& system, StepperState<V>& f, const Coefficients&) {
-        enter_orbit(system, f.start);
+        initialise_orbit(system, f.start);
         const V* const orbit = f.start.stepper_memory;
         f.start.velocity = OrbitFrame<V>(f.start).velocity(orbit[orbit_u], orbit[orbit_w]);
         f.start.max_step_length = no_bound<V>();
@@ -58,25 +60,25 @@ struct Orbit {
     template <class System, class V>
     static void step(const System& system, StepperState<V>& f, const Coefficients& coefficients) {
         OrbitMotion<V> m(system, f);
-        f.h = limited<V>(m, f.h, limits_in_space<System>);
+        f.h = limit_step<V>(m, f.h, limits_in_space<System>);
         advance_angle(system, coefficients, f.h, m);
-        f.gradients += kicks<V>(coefficients);
+        f.gradients += gradients_per_step<V>(coefficients);
         set_end(system, f, m, f.h, V(ScalarOf<V>(0)));
     }
 
-    /// Integrates rays that can meet no surface to the escape sphere. It stays in the plane, where only u and w are
-    /// needed. Rays that are captured, or whose u leaves the valid range, stop at the last valid state.
+    /// Integrates rays that can meet no surface to the escape sphere. All steps stay in the plane, where only u and w
+    /// are needed. Rays that are captured, or whose u is no longer positive and finite, stop at the state before.
     template <class System, class V>
     static void integrate_to_escape(const System& system, StepperState<V>& f, const Coefficients& coefficients,
                                     EscapeIntegration<V>& integration) {
         using S = ScalarOf<V>;
         const V zero(S(0)), u_of_sphere(S(1 / integration.radius));
         OrbitMotion<V> m(system, f);
-        V angle(zero), angle_rest(zero), steps(zero);
-        MaskOf<V> active = integration.h > zero, arriving = no_lanes<V>();
+        V angle(zero), angle_rounding(zero), steps(zero);
+        MaskOf<V> active = integration.h > zero, reached_sphere = no_lanes<V>();
         for (std::uint32_t n = 1; n < integration.max_steps && any(active); ++n) {
             OrbitMotion<V> next = m;
-            const V h = select(active, limited<V>(m, integration.h, limits_in_plane<System>), zero);
+            const V h = select(active, limit_step<V>(m, integration.h, limits_in_plane<System>), zero);
             advance_angle(system, coefficients, h, next);
             integration.issued_steps += 1;
             integration.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(active)));
@@ -85,48 +87,49 @@ struct Orbit {
             if constexpr (System::capturing) active = beyond | (active & (captured(system, next) > zero));
             if (f.options.compute_energy_error) update_energy_error(system, f, next, active);
             m.copy_lanes(next, active);
-            m.change_sheet(system);
-            OrbitMotion<V>::add(select(active, h, zero), angle, angle_rest);
+            m.switch_sheet(system);
+            OrbitMotion<V>::add(select(active, h, zero), angle, angle_rounding);
             steps = select(active, steps + V(S(1)), steps);
-            arriving = arriving | beyond;
+            reached_sphere = reached_sphere | beyond;
             active = active & !beyond;
         }
-        // Rays beyond the sphere are moved back onto it. Each correction computes the angle to third order. The
-        // corrections end when the cube of the angle is at the level of rounding. ∂²V/∂u² is approximated by (∂V/∂u)/u,
-        // which holds far from the centre. The last correction is a step of the midpoint rule, unless λ is requested.
-        // With λ it is a full step, because a nearly radial ray covers much λ in a very small angle.
+        // Rays beyond the sphere are moved back onto the sphere. Each correction computes the angle `back` to third
+        // order. The corrections end when the cube of the angle is at the level of rounding. ∂²V/∂u² is approximated by
+        // (∂V/∂u)/u, which holds far from the centre. The last correction is a step of the midpoint rule if λ is not
+        // requested. With λ, every correction is a step of the method, because λ of a nearly radial ray changes much in
+        // a very small angle.
         const V rounding(S(0.125) * machine_epsilon<S>);
-        MaskOf<V> moving = arriving;
+        MaskOf<V> moving = reached_sphere;
         integration.arrived = no_lanes<V>();
         for (int i = 0; i < max_corrections && any(moving); ++i) {
             V difference = u_of_sphere - m.u;
-            if constexpr (OrbitMotion<V>::compensated) difference = difference - m.u_rest;
+            if constexpr (OrbitMotion<V>::compensated) difference = difference - m.u_rounding;
             const V slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
             const V second = difference / fnma(half, difference / m.w, m.w);
             const V third = difference / fnma(second, fma(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
             const V back = select(moving, max(min(third, integration.h), -integration.h), zero);
-            OrbitMotion<V>::add(back, angle, angle_rest);
+            OrbitMotion<V>::add(back, angle, angle_rounding);
             const MaskOf<V> last = moving & (abs(back * back * back) <= rounding);
-            const MaskOf<V> full_step = m.want_parameter ? moving : moving & !last;
+            const MaskOf<V> full_step = m.integrates_parameter ? moving : moving & !last;
             if (any(full_step)) {
                 OrbitMotion<V> next = m;
                 advance_angle(system, coefficients, back, next);
                 m.copy_lanes(next, full_step);
             }
-            if (!m.want_parameter) midpoint_correction(system, m, back, u_of_sphere, last);
+            if (!m.integrates_parameter) midpoint_correction(system, m, back, u_of_sphere, last);
             integration.arrived = integration.arrived | last;
             moving = moving & !last;
         }
         integration.steps = steps;
-        f.gradients += steps * kicks<V>(coefficients);
-        set_end(system, f, m, angle, angle_rest);
+        f.gradients += steps * gradients_per_step<V>(coefficients);
+        set_end(system, f, m, angle, angle_rounding);
     }
 
-    /// Replaces the velocity at the end of the step with dq/dφ. It is called after the event functions have been
-    /// evaluated at the end.
+    /// Replaces the velocity at the end of the step by dq/dφ. This function is called after the event functions have
+    /// been evaluated at the end.
     template <class V>
     KAGERO_INLINE static void finish(StepperState<V>& f) {
-        f.end.velocity = force_in(f.stage[0]);
+        f.end.velocity = f.stage_vector(0);
         f.end.max_step_length = no_bound<V>();
     }
 
@@ -136,39 +139,41 @@ private:
         double outward;         ///< greatest relative change of u while the ray moves outward
         double inward;          ///< greatest relative change of u while the ray moves inward
         double past_closest;    ///< greatest angle beyond the closest approach, in radians
-        bool per_step = false;  ///< the limits are multiplied by the requested step
+        bool times_step = false;  ///< the limits are multiplied by the requested step
     };
-    /// Returns the limits for a Hamiltonian. Near a throat V changes as fast as u, so the limits are smaller. In a
-    /// medium the index of refraction changes with u, so the limits are proportional to the requested step.
+    /// Returns the limits for a Hamiltonian: `for_black_holes` if it is a spacetime with one sheet. Near a throat V
+    /// changes as fast as u, so the limits are smaller. In a medium the index of refraction changes with u, so the
+    /// limits are proportional to the requested step.
     template <class H>
-    static constexpr StepLimits limits_for(const StepLimits& around_a_hole) {
+    static constexpr StepLimits limits_for(const StepLimits& for_black_holes) {
         if (!H::spacetime) return {0.5, 0.5, 0.5, true};
-        return TwoSheeted<H> ? StepLimits{0.4, 0.4, 0.4} : around_a_hole;
+        return TwoSheeted<H> ? StepLimits{0.4, 0.4, 0.4} : for_black_holes;
     }
     /// Limits of a step whose ends are converted to position and momentum.
     template <class System>
     static constexpr StepLimits limits_in_space = limits_for<typename System::Hamiltonian>({0.6, 1.5, 0.6});
-    /// Limits of a step that stays in the plane. They only keep the stages of the step away from u = 0.
+    /// Limits of a step that stays in the plane. These limits only keep the stages of the step away from u = 0.
     template <class System>
     static constexpr StepLimits limits_in_plane = limits_for<typename System::Hamiltonian>({0.8, 4, 4});
     static constexpr int max_corrections = 20;
 
+    /// Returns a step bound that has no effect.
     template <class V>
     static V no_bound() {
         return V(ScalarOf<V>(std::numeric_limits<float>::max()));
     }
 
     /// Returns the step h, shortened to the limits. In a longer step, the curve in space would not be a smooth function
-    /// of the angle. The angle to the closest approach is at least that of a straight line, and the sine of that angle
-    /// is a lower bound for it.
+    /// of the angle. The angle to the closest approach is at least the angle on a straight line, whose sine is w/√(u² +
+    /// w²). The sine, which is less than the angle, is used instead of the angle.
     template <class V>
-    KAGERO_INLINE static V limited(const OrbitMotion<V>& m, const V& h, const StepLimits& limits) {
+    KAGERO_INLINE static V limit_step(const OrbitMotion<V>& m, const V& h, const StepLimits& limits) {
         using S = ScalarOf<V>;
         const V inverse = rsqrt(m.u * m.u + m.w * m.w);
-        const V sine = m.u * inverse;  // on a straight line, of the angle between ray and radius
+        const V sine = m.u * inverse;  // on a straight line: sine of the angle between ray and radius
         const V inward = min(V(S(limits.inward)) * sine, fma(m.w, inverse, V(S(limits.past_closest))));
         V limit = select(m.w > V(S(0)), inward, V(S(limits.outward)) * sine);
-        if (limits.per_step) limit = limit * abs(h);
+        if (limits.times_step) limit = limit * abs(h);
         return max(min(h, limit), -limit);
     }
 
@@ -177,7 +182,7 @@ private:
     template <class System, class V>
     KAGERO_INLINE static void advance_angle(const System& system, const Coefficients& coefficients, const V& h,
                                             OrbitMotion<V>& m) {
-        if (m.want_parameter) advance_angle_as<true>(system, coefficients, h, m);
+        if (m.integrates_parameter) advance_angle_as<true>(system, coefficients, h, m);
         else advance_angle_as<false>(system, coefficients, h, m);
     }
     template <bool with_parameter, class System, class V>
@@ -186,19 +191,20 @@ private:
         using S = ScalarOf<V>;
         const auto twice_potential = [&] { return V(S(2)) * system.orbit().potential(m.u, m.g); };
         V start_w_over_u(S(0));
-        V c(S(0)), c_minus_2e(S(0));  // of the formula for λ above
-        V integral(S(0)), delay_integral(S(0));  // of (c − 2E + 2V − u ∂V/∂u)/u², and of D(u)
+        V c(S(0)), c_minus_2e(S(0));  // c and c − 2E in the formula for λ at the top of this file
+        V integral(S(0));             // of (c − 2E + 2V − u ∂V/∂u)/u² over the step
+        V delay_integral(S(0));       // of D(u) over the step
         if constexpr (with_parameter) {
             const V twice_energy = fma(m.w, m.w, twice_potential());
             c = max(twice_energy, V(S(0.25)) * fma(m.u, m.u, m.w * m.w));
             c_minus_2e = c - twice_energy;
             start_w_over_u = m.w * recip(m.u);
         }
-        // u is its value at the start plus `gain`, and w is its value at the start minus h · `pull`. The rounding
-        // errors of these sums are then relative to the small increments.
+        // u = u_start + u_change, and w = w_start − h · slope_sum, where slope_sum is the weighted sum of ∂V/∂u. The
+        // rounding errors of these sums are then relative to the small increments.
         constexpr bool compensated = OrbitMotion<V>::compensated;
-        const V first_order = h * m.w, square = h * h, from = m.u;
-        V pull(S(0)), gain = m.u_rest;
+        const V first_order = h * m.w, square = h * h, u_start = m.u;
+        V slope_sum(S(0)), u_change = m.u_rounding;
         const auto kick = [&](double fraction) __attribute__((always_inline)) {
             const V weight{S(fraction)}, slope = system.orbit().slope(m.u, m.g);
             if constexpr (with_parameter) {
@@ -207,13 +213,13 @@ private:
                 if constexpr (HasOrbitDelay<typename System::Hamiltonian>)
                     delay_integral = fma(h * weight, orbit_delay(system, m.u), delay_integral);
             }
-            pull = fma(weight, slope, pull);
+            slope_sum = fma(weight, slope, slope_sum);
         };
         const auto drift = [&](double fraction) __attribute__((always_inline)) {
-            const V weight{S(fraction)}, increment = fnma(square, pull, first_order);
+            const V weight{S(fraction)}, increment = fnma(square, slope_sum, first_order);
             if constexpr (compensated) {
-                gain = fma(weight, increment, gain);
-                m.u = from + gain;
+                u_change = fma(weight, increment, u_change);
+                m.u = u_start + u_change;
             } else {
                 m.u = fma(weight, increment, m.u);
             }
@@ -226,87 +232,86 @@ private:
         }
         if (fraction < end) kick(*fraction);
         if constexpr (compensated) {
-            const V change = fnma(h, pull, m.w_rest), before = m.w;
-            m.w = before + change;
-            m.u_rest = gain - (m.u - from);
-            m.w_rest = change - (m.w - before);
+            const V w_change = fnma(h, slope_sum, m.w_rounding), w_start = m.w;
+            m.w = w_start + w_change;
+            m.u_rounding = u_change - (m.u - u_start);
+            m.w_rounding = w_change - (m.w - w_start);
         } else {
-            m.w = fnma(h, pull, m.w);
+            m.w = fnma(h, slope_sum, m.w);
         }
         if constexpr (with_parameter)
             m.parameter +=
                 fma(start_w_over_u - m.w * recip(m.u) + integral, recip(c), delay_integral) * recip(m.momentum);
     }
-    /// Advances w by a small angle with the midpoint rule and sets u = `end`, in the selected lanes. It does not update
-    /// λ.
+    /// Advances w by a small angle with the midpoint rule and sets u to `end`, in the given lanes. λ is not updated.
     template <class System, class V>
     KAGERO_INLINE static void midpoint_correction(const System& system, OrbitMotion<V>& m, const V& angle,
                                                   const V& end, const MaskOf<V>& lanes) {
         const V middle = V(ScalarOf<V>(0.5)) * (m.u + end);
         m.w = select(lanes, fnma(angle, system.orbit().slope(middle, m.g), m.w), m.w);
         m.u = select(lanes, end, m.u);
-        if constexpr (OrbitMotion<V>::compensated) m.u_rest = select(lanes, V(ScalarOf<V>(0)), m.u_rest);
+        if constexpr (OrbitMotion<V>::compensated) m.u_rounding = select(lanes, V(ScalarOf<V>(0)), m.u_rounding);
     }
-    /// Returns the number of derivative evaluations of `advance_angle`.
+    /// Returns the number of evaluations of ∂V/∂u in `advance_angle`.
     template <class V>
-    static V kicks(const Coefficients& coefficients) {
+    static V gradients_per_step(const Coefficients& coefficients) {
         return V(ScalarOf<V>((coefficients.fractions.size() + coefficients.kick_first) / 2));
     }
 
-    /// Returns position and momentum of the ray in the axes of the orbit plane: x is radial, y is tangential.
+    /// Returns position and momentum of the ray with respect to the axes of the orbit plane: x is radial, y is
+    /// tangential.
     template <class System, class V>
-    KAGERO_INLINE static State<V> in_plane(const System& system, const OrbitMotion<V>& m) {
+    KAGERO_INLINE static State<V> state_in_plane(const System& system, const OrbitMotion<V>& m) {
         const V zero(ScalarOf<V>(0)),
             radial = radial_momentum<typename System::Hamiltonian>(system, m.u, -(m.momentum * m.w), m.momentum, m.pt);
         return {{recip(m.u), zero, zero, radial, m.momentum * m.u, zero, m.pt}};
     }
-    /// Returns the capture function; it is ≤ 0 where the ray is captured.
+    /// Returns the event function `captured`, which is ≤ 0 where the ray is captured.
     template <class System, class V>
     KAGERO_INLINE static V captured(const System& system, const OrbitMotion<V>& m) {
-        const State<V> here = in_plane(system, m);
+        const State<V> here = state_in_plane(system, m);
         const V &r = here.y[component_x], &zero = here.y[component_y];
         const Vec3<V> velocity{-(m.w * r * r), r, zero};
         return System::Hamiltonian::captured(system.template parameters<V>(), here.q(), here.p(), velocity, m.pt);
     }
-    /// Updates the greatest energy error of the rays in the selected lanes.
+    /// Updates the greatest energy error of the rays in the given lanes.
     template <class System, class V>
     KAGERO_INLINE static void update_energy_error(const System& system, StepperState<V>& f, const OrbitMotion<V>& m,
                                                   const MaskOf<V>& lanes) {
-        const EventFunctions<V> here = system.event_functions(in_plane(system, m.on_first_sheet(system)));
-        f.energy_error = select(lanes, max(f.energy_error, abs(here.energy_residual) / here.size), f.energy_error);
+        const EventFunctions<V> here = system.event_functions(state_in_plane(system, m.on_first_sheet(system)));
+        const V error = abs(here.energy_residual) / here.energy_scale;
+        f.energy_error = select(lanes, max(f.energy_error, error), f.energy_error);
     }
 
-    /// Converts the end of a step to position and momentum. Rays whose angle is 0 keep the state at the start. `finish`
-    /// reads the velocity from f.stage.
+    /// Converts the end of a step, after the given angle, to position and momentum. Rays whose angle is 0 keep the
+    /// state at the start. `finish` reads the velocity, which is stored as stage vector 0.
     template <class System, class V>
     static void set_end(const System& system, StepperState<V>& f, const OrbitMotion<V>& motion, const V& angle,
-                        const V& rest) {
-        const MaskOf<V> still = abs(angle) <= V(ScalarOf<V>(0));
+                        const V& angle_rounding) {
+        const MaskOf<V> unmoved = abs(angle) <= V(ScalarOf<V>(0));
         const OrbitMotion<V> m = motion.on_first_sheet(system);
-        const State<V> here = in_plane(system, m);
+        const State<V> here = state_in_plane(system, m);
         OrbitFrame<V> frame(f.start);
-        frame.rotate(angle, rest);
+        frame.rotate(angle, angle_rounding);
         const Vec3<V> q = here.y[component_x] * frame.radial;
         const Vec3<V> p = advance(here.y[component_px] * frame.radial, here.y[component_py], frame.tangential);
-        f.end.set(select<V>(still, f.start.q(), q), select<V>(still, f.start.p(), p));
+        f.end.set(select<V>(unmoved, f.start.q(), q), select<V>(unmoved, f.start.p(), p));
         f.end.parameter = m.parameter;
         m.store_to(f.end);
         frame.store_to(f.end);
-        const Vec3<V> velocity = select<V>(still, f.start.velocity, frame.velocity(m.u, m.w));
-        f.stage[0][0] = velocity.x;
-        f.stage[0][1] = velocity.y;
-        f.stage[0][2] = velocity.z;
+        const Vec3<V> velocity = select<V>(unmoved, f.start.velocity, frame.velocity(m.u, m.w));
+        f.set_stage_vector(0, velocity);
         f.solved = all_lanes<V>();
     }
 
-    /// Returns the radial momentum p·q/r. If p is parallel to the ray it is `along` = −L w. Hamiltonians for which this
-    /// does not hold define `radial_momentum`.
+    /// Returns the radial momentum p·q/r. It is v = −L w if p is parallel to the ray. Hamiltonians for which p is not
+    /// parallel to the ray declare `radial_momentum`.
     template <class H, class System, class V>
-    KAGERO_INLINE static V radial_momentum(const System& system, const V& u, const V& along, const V& l, const V& pt) {
-        if constexpr (requires { H::radial_momentum(system.template parameters<V>(), u, along, l, pt); })
-            return H::radial_momentum(system.template parameters<V>(), u, along, l, pt);
+    KAGERO_INLINE static V radial_momentum(const System& system, const V& u, const V& v, const V& l, const V& pt) {
+        if constexpr (requires { H::radial_momentum(system.template parameters<V>(), u, v, l, pt); })
+            return H::radial_momentum(system.template parameters<V>(), u, v, l, pt);
         else
-            return along;
+            return v;
     }
 };
 

@@ -1,5 +1,5 @@
-/// sin, cos and tan of packets and scalars. The result of a lane is identical to that of a scalar, and does not depend
-/// on the other lanes.
+/// sin, cos and tan of packets and scalars. The result in a lane is identical to the result for a scalar, and does not
+/// depend on the other lanes.
 ///
 /// The argument is reduced to x = k π/2 + r with |r| ≤ π/4; k π/2 is subtracted in three parts (Cody & Waite 1980).
 /// Both Taylor series are evaluated in r, and the quadrant k selects one. The absolute error is below 2 ulp of 1. For
@@ -13,8 +13,8 @@
 namespace kagero {
 namespace detail {
 
-/// Constants of the range reduction: `parts` of π/2, the greatest |x| (`limit`), and the degree of the Taylor series in
-/// r² (`terms`).
+/// Constants of the range reduction: `parts` are three numbers whose sum is π/2, `limit` is the greatest |x| that is
+/// reduced, and `terms` is the degree of the Taylor series in r².
 template <class S>
 struct QuarterTurn;
 template <>
@@ -31,57 +31,57 @@ struct QuarterTurn<float> {
     static constexpr int terms = 5;
 };
 
-/// Returns 1/1!, −1/3!, 1/5! etc. for sin (first = 1), or 1, −1/2!, 1/4! etc. for cos (first = 0).
-template <class S, int first>
+/// Returns 1/1!, −1/3!, 1/5! etc. for sin (lowest_power = 1), or 1, −1/2!, 1/4! etc. for cos (lowest_power = 0).
+template <class S, int lowest_power>
 constexpr auto taylor_coefficients() {
     std::array<S, QuarterTurn<S>::terms + 1> c{};
     double factorial = 1;
     for (int n = 0; n < static_cast<int>(c.size()); ++n) {
         c[n] = static_cast<S>((n % 2 ? -1 : 1) / factorial);
-        factorial *= (2 * n + first + 1) * (2 * n + first + 2);
+        factorial *= (2 * n + lowest_power + 1) * (2 * n + lowest_power + 2);
     }
     return c;
 }
-/// Returns the Taylor series of (sin r)/r (first = 1) or cos r (first = 0), where `square` is r².
-template <int first, class V>
+/// Returns (sin r)/r (lowest_power = 1) or cos r (lowest_power = 0) by the Taylor series, where `square` is r².
+template <int lowest_power, class V>
 KAGERO_INLINE V taylor(const V& square) {
     using S = ScalarOf<V>;
-    constexpr auto c = taylor_coefficients<S, first>();
+    constexpr auto c = taylor_coefficients<S, lowest_power>();
     V sum(c.back());
     for (int n = static_cast<int>(c.size()) - 2; n >= 0; --n) sum = fma(sum, square, V(c[n]));
     return sum;
 }
 
-/// Replaces the lanes of `value` whose bit is set in `far` by results of the standard library. It is not inlined,
-/// because it is rarely called.
+/// Replaces `value` by sin(x + quarters·π/2) of the standard library, in the lanes whose bit is set in `lanes`. The
+/// function is not inlined, because it is rarely called.
 template <int quarters, class V>
-[[gnu::noinline, gnu::cold]] V far_circular(const V& x, V value, std::uint64_t far) {
-    for (const int i : lanes_in(far))
+[[gnu::noinline, gnu::cold]] V replace_by_library(const V& x, V value, std::uint64_t lanes) {
+    for (const int i : lanes_in(lanes))
         set_lane(value, i, quarters ? std::cos(get_lane(x, i)) : std::sin(get_lane(x, i)));
     return value;
 }
 
-/// Returns sin(x + quarters·π/2).
+/// Returns sin(x + quarters·π/2), where `quarters` is 0 (sin x) or 1 (cos x).
 template <int quarters, class V>
 KAGERO_INLINE V circular(const V& x) {
     using S = ScalarOf<V>;
     using Turn = QuarterTurn<S>;
     // Returns ⌊k/2⌋ for an integer k.
-    const auto half_below = [&](const V& k) { return nearest_integer(fms(k, V(S(0.5)), V(S(0.25)))); };
-    const V turns = nearest_integer(x * V(S(0.636619772367581343)));
-    V r = fnma(turns, V(Turn::parts[0]), x);
-    r = fnma(turns, V(Turn::parts[1]), r);
-    r = fnma(turns, V(Turn::parts[2]), r);
+    const auto floor_of_half = [&](const V& k) { return nearest_integer(fms(k, V(S(0.5)), V(S(0.25)))); };
+    const V quarter_turns = nearest_integer(x * V(S(0.636619772367581343)));
+    V r = fnma(quarter_turns, V(Turn::parts[0]), x);
+    r = fnma(quarter_turns, V(Turn::parts[1]), r);
+    r = fnma(quarter_turns, V(Turn::parts[2]), r);
     const V square = r * r;
     const V sine = r * taylor<1>(square), cosine = taylor<0>(square);
-    // odd = k mod 2 selects the series, and flipped = ⌊k/2⌋ mod 2 gives the sign.
-    const V k = turns + V(S(quarters)), half = half_below(k);
-    const V odd = fnma(V(S(2)), half, k), flipped = fnma(V(S(2)), half_below(half), half);
+    // k is the quadrant. odd = k mod 2 selects the series. flipped = ⌊k/2⌋ mod 2 selects the sign: −1 if it is 1.
+    const V k = quarter_turns + V(S(quarters)), half = floor_of_half(k);
+    const V odd = fnma(V(S(2)), half, k), flipped = fnma(V(S(2)), floor_of_half(half), half);
     const V value = select(odd > V(S(0.5)), cosine, sine) * fnma(V(S(2)), flipped, V(S(1)));
-    const auto far = !(abs(x) <= V(Turn::limit));
-    if (!any(far)) [[likely]]
+    const auto beyond_limit = !(abs(x) <= V(Turn::limit));  // also true for NaN
+    if (!any(beyond_limit)) [[likely]]
         return value;
-    return far_circular<quarters>(x, value, to_bits(far));
+    return replace_by_library<quarters>(x, value, to_bits(beyond_limit));
 }
 
 /// A scalar or packet of double or float.

@@ -7,12 +7,14 @@
 
 namespace kagero {
 
+/// Returns the number in one lane.
 template <class V>
 KAGERO_INLINE ScalarOf<V> get_lane(const V& v, int lane) {
     ScalarOf<V> x;
     std::memcpy(&x, reinterpret_cast<const char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, sizeof x);
     return x;
 }
+/// Sets the number in one lane to x.
 template <class V>
 KAGERO_INLINE void set_lane(V& v, int lane, ScalarOf<V> x) {
     std::memcpy(reinterpret_cast<char*>(&v) + static_cast<std::size_t>(lane) * sizeof x, &x, sizeof x);
@@ -29,7 +31,7 @@ KAGERO_INLINE V lanes_of(const double* numbers) {
         return v;
     }
 }
-/// Stores one number per lane.
+/// Stores the lanes in `numbers` as doubles.
 template <class V>
 KAGERO_INLINE void to_doubles(const V& v, double* numbers) {
     if constexpr (lane_count<V> == 1) {
@@ -47,13 +49,14 @@ KAGERO_INLINE V lanes_of(const double* numbers, V& rounding_errors) {
     if constexpr (std::is_same_v<ScalarOf<V>, double>) {
         rounding_errors = V(0.0);
     } else {
-        alignas(64) double rest[lane_count<V>];
-        to_doubles(v, rest);
-        for (int i = 0; i < lane_count<V>; ++i) rest[i] = numbers[i] - rest[i];
-        rounding_errors = lanes_of<V>(rest);
+        alignas(64) double rounded[lane_count<V>], errors[lane_count<V>];
+        to_doubles(v, rounded);
+        for (int i = 0; i < lane_count<V>; ++i) errors[i] = numbers[i] - rounded[i];
+        rounding_errors = lanes_of<V>(errors);
     }
     return v;
 }
+/// Stores the lanes in `numbers` as floats.
 template <class V>
 KAGERO_INLINE void to_floats(const V& v, float* numbers) {
     if constexpr (lane_count<V> == 1) {

@@ -27,15 +27,15 @@ namespace kagero {
     if constexpr (R > 1) { constexpr int i = 1; __VA_ARGS__; }                                                        \
     if constexpr (R > 2) { { constexpr int i = 2; __VA_ARGS__; } { constexpr int i = 3; __VA_ARGS__; } }
 
-/// R registers of masks for lanes of T.
+/// A mask for the lanes of Lanes<T, R>: R mask registers.
 template <class T, int R>
 struct LaneMask {
     using Batch = xsimd::batch_bool<T>;
     typename Batch::register_type v[R];
 };
 
-/// R registers of T. They are stored as built-in vector types of the compiler, whose arithmetic needs no function
-/// calls; this halves the time to compile.
+/// A vector of R registers of T. The registers have built-in vector types of the compiler, whose arithmetic needs no
+/// function calls; this halves the time to compile.
 template <class T, int R>
 struct Lanes {
     using Batch = xsimd::batch<T>;
@@ -44,8 +44,8 @@ struct Lanes {
     Register v[R];
 
     Lanes() = default;
-    KAGERO_INLINE Lanes(T all) {
-        KAGERO_EACH_REGISTER(v[i] = Batch(all))
+    KAGERO_INLINE Lanes(T x) {
+        KAGERO_EACH_REGISTER(v[i] = Batch(x))
     }
     // Copies register by register, because g++ copies a whole structure through memory.
     KAGERO_INLINE Lanes(const Lanes& other) {
@@ -89,10 +89,10 @@ inline constexpr S machine_epsilon = std::numeric_limits<S>::epsilon();
 
 namespace detail {
 
-/// Returns atan2(y, x). If both are 0, xsimd's function returns NaN, because it divides y by x. This function then
-/// returns ±0 or ±π.
+/// Returns atan2(y, x). If x and y are 0, xsimd's function returns NaN, because it divides y by x. This function then
+/// returns ±0 or ±π, like std::atan2.
 template <class Batch>
-KAGERO_INLINE Batch angle_of(const Batch& y, const Batch& x) {
+KAGERO_INLINE Batch atan2_with_zeros(const Batch& y, const Batch& x) {
     const Batch zero(0), one(1);
     return xsimd::atan2(y, xsimd::select((y == zero) & (x == zero), one | xsimd::bitofsign(x), x));
 }
@@ -121,7 +121,7 @@ KAGERO_LANES_BINARY(operator*, a.v[i] * b.v[i])
 KAGERO_LANES_BINARY(operator/, a.v[i] / b.v[i])
 KAGERO_LANES_BINARY(min, xsimd::min(Batch(a.v[i]), Batch(b.v[i])))
 KAGERO_LANES_BINARY(max, xsimd::max(Batch(a.v[i]), Batch(b.v[i])))
-KAGERO_LANES_BINARY(atan2, detail::angle_of(Batch(a.v[i]), Batch(b.v[i])))
+KAGERO_LANES_BINARY(atan2, detail::atan2_with_zeros(Batch(a.v[i]), Batch(b.v[i])))
 #undef KAGERO_LANES_BINARY
 
 #define KAGERO_LANES_UNARY(NAME, EXPRESSION)                           \
@@ -188,7 +188,7 @@ KAGERO_INLINE LaneMask<T, R> operator!(const LaneMask<T, R>& a) {
     return m;
 }
 
-/// Returns a in lanes where the mask is set, else b.
+/// Returns a in the lanes where the mask is set, and b in the other lanes.
 template <class T, int R>
 KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, const Lanes<T, R>& b) {
     Lanes<T, R> c;
@@ -196,17 +196,17 @@ KAGERO_INLINE Lanes<T, R> select(const LaneMask<T, R>& m, const Lanes<T, R>& a, 
         c.v[i] = xsimd::select(xsimd::batch_bool<T>(m.v[i]), xsimd::batch<T>(a.v[i]), xsimd::batch<T>(b.v[i])))
     return c;
 }
-/// Returns the mask as bits: bit i is lane i.
+/// Returns the mask as bits: bit i is set if lane i is set.
 template <class T, int R>
 KAGERO_INLINE std::uint64_t to_bits(const LaneMask<T, R>& m) {
-    std::uint64_t all = 0;
-    KAGERO_EACH_REGISTER(all |= registers::bits(m.v[i]) << (i * Lanes<T, R>::width))
-    return all;
+    std::uint64_t bits = 0;
+    KAGERO_EACH_REGISTER(bits |= registers::bits(m.v[i]) << (i * Lanes<T, R>::width))
+    return bits;
 }
 template <class T, int R>
 KAGERO_INLINE bool any(const LaneMask<T, R>& m) { return to_bits(m) != 0; }
 
-// ---- scalars, with the same rounding ------------------------------------------------------------------------------
+// ---- scalars, with the rounding of packets ------------------------------------------------------------------------
 
 template <class V>
 concept Scalar = std::is_floating_point_v<V>;
@@ -245,7 +245,7 @@ using std::tanh;
 
 #if defined(__AVX512F__)
 /// Returns 1/√x from the estimate y, as y + y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y². The error is about 2 ulp.
-/// For x = 0 and x = ∞, e is NaN. If `total` is set, min(e, 1) = 1 then replaces e, so that the result is y, which is
+/// For x = 0 and x = ∞, e is NaN. If `total` is true, min(e, 1) = 1 then replaces e, so that the result is y, which is
 /// exact.
 template <bool total, class V>
 KAGERO_INLINE V refined_rsqrt(const V& x, const V& y) {
@@ -255,7 +255,8 @@ KAGERO_INLINE V refined_rsqrt(const V& x, const V& y) {
     if constexpr (std::is_same_v<S, float>) return fma(y * e, V(S(0.5)), y);
     else return fma(y * e, fma(e, fma(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
-/// Returns 1/x from the estimate y, as y + y e (1 + e (1 + e)) with e = 1 − x y. `total` is the same as above.
+/// Returns 1/x from the estimate y, as y + y e (1 + e (1 + e)) with e = 1 − x y. `total` has the same meaning as for
+/// refined_rsqrt.
 template <bool total, class V>
 KAGERO_INLINE V refined_recip(const V& x, const V& y) {
     using S = ScalarOf<V>;
@@ -290,7 +291,7 @@ KAGERO_INLINE V rsqrt(V a) { return V(1) / std::sqrt(a); }
 template <bool total = false, Scalar V>
 KAGERO_INLINE V recip(V a) { return V(1) / a; }
 #endif
-/// Return 1/√x and 1/x, also for 0 and ∞, on every instruction set.
+/// Return 1/√a and 1/a, on every instruction set also for a = 0 and a = ∞.
 template <class V>
 KAGERO_INLINE V total_rsqrt(const V& a) { return rsqrt<true>(a); }
 template <class V>
@@ -303,7 +304,7 @@ template <class V>
 KAGERO_INLINE MaskOf<V> all_lanes() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
 template <class V>
 KAGERO_INLINE MaskOf<V> no_lanes() { return V(ScalarOf<V>(0)) > V(ScalarOf<V>(0)); }
-/// Returns the nearest integer, the even one in a tie, for |a| < 1/(2ε), where ε is machine_epsilon.
+/// Returns the integer nearest to a, for |a| < 1/(2ε) with ε = machine_epsilon. Ties are rounded to even.
 template <class V>
 KAGERO_INLINE V nearest_integer(const V& a) {
     const V rounder(ScalarOf<V>(1.5) / machine_epsilon<ScalarOf<V>>);

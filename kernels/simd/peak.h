@@ -5,9 +5,9 @@
 
 namespace kagero {
 
-/// Runs `rounds` times ten fused multiply-adds on registers, as ten independent chains. Eight chains would suffice for
-/// two units with a latency of four cycles. Returns the number of floating-point operations. Without FMA instructions a
-/// multiply-add is a product and a sum.
+/// Runs ten independent chains of `rounds` fused multiply-adds on registers. Eight chains would suffice for two
+/// execution units with a latency of four cycles. Returns the number of floating-point operations. Without FMA
+/// instructions, a multiply-add is a product and a sum.
 template <class T>
 double multiply_adds(std::uint64_t rounds) {
     using V = Lanes<T, 1>;

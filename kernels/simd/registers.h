@@ -45,7 +45,7 @@ template <class B>
 KAGERO_INLINE B fused_neg(const B& a, const B& b, const B& c) { return c - a * b; }
 #endif
 
-/// Returns the mask of one register as bits: bit i is lane i.
+/// Returns the mask of one register as bits: bit i is set if lane i is set.
 #if defined(__AVX512F__)
 KAGERO_INLINE std::uint64_t bits(std::uint64_t m) { return m; }
 #elif defined(__AVX2__)
@@ -56,30 +56,30 @@ KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_m
 KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
 #endif
 
-/// Sets a register's mask from bits: lane i is set if bit i is set. `test_bits` sets the 32-bit elements whose bit in
-/// `own` is set in `all`.
+/// `set_bits` sets lane i of the mask m if bit i of `mask_bits` is set, and clears it otherwise. `test_bits` sets all
+/// bits of each 32-bit element whose element of `tested` is a bit that is set in `mask_bits`.
 #if defined(__AVX512F__)
 template <class M>
-KAGERO_INLINE void set_bits(M& m, std::uint64_t all) { m = static_cast<M>(all); }
+KAGERO_INLINE void set_bits(M& m, std::uint64_t mask_bits) { m = static_cast<M>(mask_bits); }
 #elif defined(__AVX2__)
-KAGERO_INLINE __m256i test_bits(std::uint64_t all, __m256i own) {
-    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(all)), own), own);
+KAGERO_INLINE __m256i test_bits(std::uint64_t mask_bits, __m256i tested) {
+    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask_bits)), tested), tested);
 }
-KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t all) {
-    m = _mm256_castsi256_pd(test_bits(all, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8)));
+KAGERO_INLINE void set_bits(__m256d& m, std::uint64_t mask_bits) {
+    m = _mm256_castsi256_pd(test_bits(mask_bits, _mm256_setr_epi32(1, 1, 2, 2, 4, 4, 8, 8)));
 }
-KAGERO_INLINE void set_bits(__m256& m, std::uint64_t all) {
-    m = _mm256_castsi256_ps(test_bits(all, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)));
+KAGERO_INLINE void set_bits(__m256& m, std::uint64_t mask_bits) {
+    m = _mm256_castsi256_ps(test_bits(mask_bits, _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128)));
 }
 #else
-KAGERO_INLINE __m128i test_bits(std::uint64_t all, __m128i own) {
-    return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(all)), own), own);
+KAGERO_INLINE __m128i test_bits(std::uint64_t mask_bits, __m128i tested) {
+    return _mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(static_cast<int>(mask_bits)), tested), tested);
 }
-KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t all) {
-    m = _mm_castsi128_pd(test_bits(all, _mm_setr_epi32(1, 1, 2, 2)));
+KAGERO_INLINE void set_bits(__m128d& m, std::uint64_t mask_bits) {
+    m = _mm_castsi128_pd(test_bits(mask_bits, _mm_setr_epi32(1, 1, 2, 2)));
 }
-KAGERO_INLINE void set_bits(__m128& m, std::uint64_t all) {
-    m = _mm_castsi128_ps(test_bits(all, _mm_setr_epi32(1, 2, 4, 8)));
+KAGERO_INLINE void set_bits(__m128& m, std::uint64_t mask_bits) {
+    m = _mm_castsi128_ps(test_bits(mask_bits, _mm_setr_epi32(1, 2, 4, 8)));
 }
 #endif
 

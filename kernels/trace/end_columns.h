@@ -1,5 +1,5 @@
-/// Collects the ends of a packet's rays as columns and writes them to memory as rows. Two dozen scalar stores for each
-/// ray would be a considerable part of the cost of a straight ray.
+/// Collects the ends of a packet's rays as columns and writes them to memory as rows. Twenty scalar stores for each ray
+/// would be a considerable part of the cost of a straight ray.
 #pragma once
 
 #include "kernels/abi.h"

@@ -9,12 +9,12 @@
 namespace kagero {
 
 /// Integrates the active rays of a packet to the escape sphere as far as the stepper can. Returns the lanes whose rays
-/// have ended; sets `moving` to the lanes whose rays have advanced.
+/// have ended. Sets `moving` to the lanes whose rays have reached a valid state: finite and with conserved H.
 template <class V>
 std::uint64_t integrate_to_escape(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer, Counters& counters,
                                   std::uint64_t& moving) {
     using S = ScalarOf<V>;
-    constexpr std::uint32_t max_steps = 4096;  // a limit, because a job cannot be cancelled during this call
+    constexpr std::uint32_t max_steps = 4096;  // a limit, because a job cannot be cancelled during the integration
     StepperState<V>& state = packet.state;
     EscapeIntegration<V> integration;
     // Rays that start outside the sphere may pass it without entering, so the loop integrates them.

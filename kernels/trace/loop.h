@@ -30,14 +30,15 @@ template <class Events, class V>
 TraceAlgorithm trace_algorithm_of(const Task<V>& task) {
     if (task.job.path_sink) return TraceAlgorithm::steps;
     if (task.straight) {
-        const bool only_closed_form =
+        const bool has_closed_form =
             Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(
                 task);
-        return only_closed_form ? TraceAlgorithm::closed_form : TraceAlgorithm::steps;
+        return has_closed_form ? TraceAlgorithm::closed_form : TraceAlgorithm::steps;
     }
-    const bool meets_nothing = Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere,
-                                                           Capture, StepLimit, Discontinuity>(task);
-    return meets_nothing && task.can_integrate_to_escape() ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
+    const bool meets_no_surface =
+        Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit,
+                                    Discontinuity>(task);
+    return meets_no_surface && task.can_integrate_to_escape() ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
 }
 
 /// Traces the rays of one packet. The caller calls `start`, then `step` while `prepare_step` returns true, then
@@ -81,9 +82,10 @@ public:
             load(queue, ~packet_.active & all_lane_bits<W>);
         }
     }
-    /// Counts the lanes of this packet as idle. Called if it has no active ray while other packets of its gang step.
+    /// Counts the lanes of this packet as idle. Called when the packet has no active ray, but others of its gang do.
     void idle() { counters_.issued_lane_steps += W; }
-    /// Completes the counters of the call and the occupancies. Must be called after all rays have ended.
+    /// Writes the occupancy of each ray, and adds query ticks and issued iterations of this packet to the counters.
+    /// Must be called after all rays have ended.
     void finish() {
         if (!packet_.filled) return;
         if (refiner_) writer_.write_occupancy(packet_.filled);
@@ -99,7 +101,7 @@ private:
     void advance();
     std::uint64_t split(std::uint64_t moving);
     void end_at_step_end(const Detected<Events>& found);
-    void next(std::uint64_t moving, std::uint64_t staying);
+    void next(std::uint64_t moving, std::uint64_t continuing);
     void refine_events();
     void refine_once(bool find_earlier);
     void end_refined(std::uint64_t lanes);
@@ -180,11 +182,11 @@ void PacketTracer<V, Events>::advance() {
     }
     packet_.count_step(moving);
 
-    const std::uint64_t staying = moving & ~found.stopped();     // write
+    const std::uint64_t continuing = moving & ~found.stopped();  // write
     if (found.at_end) end_at_step_end(found);
-    if (task_.job.path_sink) writer_.report_path(state, staying, false);
+    if (task_.job.path_sink) writer_.report_path(state, continuing, false);
 
-    next(moving, staying);                                       // next
+    next(moving, continuing);                                    // next
 }
 
 /// Schedules the repetition of steps that cross a discontinuity, so that they end on it. Returns their lanes.
@@ -209,28 +211,28 @@ void PacketTracer<V, Events>::end_at_step_end(const Detected<Events>& found) {
     });
 }
 
-/// Begins the next step in the lanes of `staying`, at the end of their last step. Deactivates the other lanes of
+/// Begins the next step in the lanes `continuing`, at the end of their last step. Deactivates the other lanes of
 /// `moving`.
 template <class V, class Events>
-void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t staying) {
+void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t continuing) {
     StepperState<V>& state = packet_.state;
-    KAGERO_ASSERT((staying & ~moving) == 0 && (moving & ~packet_.active) == 0);
-    if (staying == all_lane_bits<W>) {
+    KAGERO_ASSERT((continuing & ~moving) == 0 && (moving & ~packet_.active) == 0);
+    if (continuing == all_lane_bits<W>) {
         task_.begin_next(state);
         state.h = control_.next_length();
-        control_.reset_repetitions(staying);
+        control_.reset_repetitions(continuing);
         return;
     }
-    if (const std::uint64_t leaving = moving & ~staying) {
+    if (const std::uint64_t leaving = moving & ~continuing) {
         const MaskOf<V> mask = from_bits<V>(leaving);
         packet_.active &= ~leaving;
-        packet_.iterations_at_end = select(mask, state.lane_iterations, packet_.iterations_at_end);
+        packet_.iterations_of_ray = select(mask, state.lane_iterations, packet_.iterations_of_ray);
         packet_.step_length = select(mask, V(S(0)), packet_.step_length);
     }
-    const MaskOf<V> continuing = from_bits<V>(staying), inactive = from_bits<V>(~packet_.active);
-    task_.begin_next(state, continuing);
-    state.h = select(continuing | inactive, control_.next_length(), state.h);
-    control_.reset_repetitions(staying);
+    const MaskOf<V> continuing_mask = from_bits<V>(continuing), inactive = from_bits<V>(~packet_.active);
+    task_.begin_next(state, continuing_mask);
+    state.h = select(continuing_mask | inactive, control_.next_length(), state.h);
+    control_.reset_repetitions(continuing);
 }
 
 // --- Refinement of events ---
@@ -244,24 +246,25 @@ void PacketTracer<V, Events>::refine_events() {
     for (int i = 1; i <= max_refinements && refiner_->deferred.lanes; ++i) refine_once(i < max_refinements);
 }
 
-/// Refines the deferred events once. Rays that have crossed another event before their refined event are deferred
-/// again, for that other event.
+/// Refines the deferred events once. If `find_earlier` is true, rays that have crossed another event before their
+/// refined event are deferred again with that other event.
 template <class V, class Events>
 void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     EventRefiner<V, Events>& refiner = *refiner_;
     DeferredEvents<V, Events>& deferred = refiner.deferred;
     refiner.refine();
     const LanesOfEvents<Events> earlier = find_earlier ? refiner.earlier_events() : LanesOfEvents<Events>{};
-    const std::uint64_t again = earlier.all(), lost = deferred.lanes & refiner.unreached,
-                        repeated = lost ? repeat_halved(lost) : 0;
-    const std::uint64_t resumed = deferred.lanes & ~(lost | again) & deferred.template lanes_with<Effect::resume>();
-    const std::uint64_t ended = deferred.lanes & ~(repeated | again | resumed);
+    const std::uint64_t with_earlier = earlier.lanes_with_event(), failed = deferred.lanes & refiner.failed,
+                        repeated = failed ? repeat_halved(failed) : 0;
+    const std::uint64_t refined = deferred.lanes & ~(failed | with_earlier),
+                        resumed = refined & deferred.template lanes_with<Effect::resume>();
+    const std::uint64_t ended = deferred.lanes & ~(repeated | with_earlier | resumed);
     if (packet_.state.options.compute_energy_error)
         packet_.record_energy_error(deferred.step.energy_error, from_bits<V>(ended));
-    writer_.end_rays(deferred.step, lost & ~repeated, Status::failed, Failure::not_refined);
-    end_refined(ended & ~lost);
-    writer_.write_iterations(ended, packet_.iterations_at_end);
-    writer_.write_unrefined(ended & ~lost & refiner.unrefined);
+    writer_.end_rays(deferred.step, failed & ~repeated, Status::failed, Failure::not_refined);
+    end_refined(ended & ~failed);
+    writer_.write_iterations(ended, packet_.iterations_of_ray);
+    writer_.write_unrefined(ended & ~failed & refiner.unrefined);
     if (resumed) resume(resumed);
     refiner.defer_again(earlier);
 }
@@ -291,22 +294,22 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
                 RayState<V> changed = state_at_event;
                 Event::resume(task_, changed);
-                RayState<V>::each(state_at_event, changed, CopyLanes<V>{from_bits<V>(of_event)});
+                RayState<V>::for_each_number(state_at_event, changed, CopyLanes<V>{from_bits<V>(of_event)});
             }
         }
     });
     loader_.resume(state_at_event, deferred.step, lanes);
-    detector_.return_to_start(lanes);
+    detector_.ignore_surface_at_start(lanes);
     start_steps(lanes);
 }
 
 /// Repeats the steps of `lanes`, whose events could not be refined, with half their length. Returns the lanes whose
-/// rays continue; the other rays have been halved too often.
+/// rays continue; the steps of the other rays have been halved too often.
 template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::repeat_halved(std::uint64_t lanes) {
-    const std::uint64_t again = control_.repeat_halved(refiner_->whole, lanes);
+    const std::uint64_t again = control_.repeat_halved(refiner_->whole_step, lanes);
     detector_.start_steps(packet_.state.start, again);
-    detector_.return_to_start(again & to_bits(packet_.steps <= V(S(0))));
+    detector_.ignore_surface_at_start(again & to_bits(packet_.steps <= V(S(0))));
     return again;
 }
 

@@ -19,7 +19,9 @@ struct Packet {
     V step_length;                 ///< Step length proposed by the method or its step control; 0 in inactive lanes.
     V steps;                       ///< Number of accepted steps of each ray.
     V worst_energy_error;          ///< Greatest energy error of each ray so far.
-    V iterations_at_end;           ///< StepperState::lane_iterations at the last active step; idle lanes still count.
+    /// Value of state.lane_iterations after the last step of each ray. In idle lanes, lane_iterations continues to
+    /// increase.
+    V iterations_of_ray;
     std::uint64_t active = 0;      ///< Lanes whose rays take steps.
     std::uint64_t filled = 0;      ///< Lanes that have, or have had, a ray.
     RayEnd* ends[W];               ///< Destinations of the ray ends.
@@ -32,7 +34,7 @@ struct Packet {
         for (int i = 0; i < W; ++i) {
             if (!((lanes >> i) & 1)) continue;
             const auto copy = [&](V& v, const V& from) { set_lane(v, i, get_lane(from, donor)); };
-            RayState<V>::each(state.start, state.start, copy);
+            RayState<V>::for_each_number(state.start, state.start, copy);
             for (auto& stage : state.stage)
                 for (V& g : stage) copy(g, g);
         }

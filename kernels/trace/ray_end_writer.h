@@ -40,10 +40,10 @@ public:
         end_rays(last, lanes & ~(unsolved | not_conserved), Status::failed, Failure::not_finite);
         packet_.deactivate(lanes);
     }
-    /// Ends a ray that cannot start as failed. Its energy error is NaN.
-    void fail_at_start(std::uint64_t lane, Failure failure) {
-        end_rays(packet_.state, lane, Status::failed, failure);
-        for (const int i : lanes_in(lane)) packet_.ends[i]->energy_error = std::numeric_limits<double>::quiet_NaN();
+    /// Ends the rays of `lanes` as failed at their start. Their energy error is NaN.
+    void fail_at_start(std::uint64_t lanes, Failure failure) {
+        end_rays(packet_.state, lanes, Status::failed, failure);
+        for (const int i : lanes_in(lanes)) packet_.ends[i]->energy_error = std::numeric_limits<double>::quiet_NaN();
     }
     /// Ends a ray that starts beyond the escape sphere as escaped. It may start so far away that the number type of the
     /// packet cannot represent it, so its end is copied from the double-precision start.
@@ -68,7 +68,8 @@ public:
     /// Sets the intersector whose query counts are written; nullptr if the scene has no surfaces.
     void set_scene(const SceneIntersector<V>* scene) { scene_ = scene; }
 
-    /// Overwrites the iteration counts of ray ends. Used for rays with a deferred event, as idle lanes still count.
+    /// Overwrites the iteration counts of ray ends. Used for rays with a deferred event, because lane_iterations of
+    /// their lanes has increased since the event was deferred.
     void write_iterations(std::uint64_t lanes, const V& iterations) {
         for (const int i : lanes_in(lanes)) {
             std::uint32_t& iterations_of_ray = packet_.ends[i]->iterations;
@@ -84,12 +85,12 @@ public:
             ++counters_.unrefined;
         }
     }
-    /// Updates the occupancy in the ends of `lanes`, whose rays ended before the packet did.
+    /// Overwrites the occupancy in the ends of `lanes`, whose rays have ended before the last ray of the packet.
     void write_occupancy(std::uint64_t lanes) {
         const float occupancy = occupancy_so_far();
         for (const int i : lanes_in(lanes)) packet_.ends[i]->occupancy = occupancy;
     }
-    /// Reports the starts of rays, or the ends of their steps, as points of their paths.
+    /// Reports the start of `step` (if `at_start`) or its end as the next point of the paths of `lanes`.
     void report_path(const StepperState<V>& step, std::uint64_t lanes, bool at_start) {
         const RayState<V>& state = at_start ? step.start : step.end;
         for (const int i : lanes_in(lanes)) {
@@ -143,7 +144,7 @@ private:
         if (job_.path_sink && status != Status::failed)
             report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
     }
-    /// Returns unit vectors along v. The square of v may overflow.
+    /// Returns unit vectors along v. The square of v may overflow, so v is scaled first.
     static Vec3<V> direction_of(const Vec3<V>& v) {
         const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
         const Vec3<V> scaled = total_recip(largest) * v;

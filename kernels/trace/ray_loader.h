@@ -23,7 +23,7 @@ public:
         StepperState<V>& state = packet_.state;
         set_options();
         packet_.filled = lanes;
-        state.lane_iterations = packet_.iterations_at_end = packet_.steps = packet_.step_length = state.h = V(S(0));
+        state.lane_iterations = packet_.iterations_of_ray = packet_.steps = packet_.step_length = state.h = V(S(0));
         write_starts(starts, lanes, state);
         task_.begin(state);
         packet_.worst_energy_error = state.energy_error;
@@ -61,12 +61,12 @@ public:
         StepperState<V>& state = packet_.state;
         const MaskOf<V> mask = from_bits<V>(lanes);
         StepperState<V> fresh = state;
-        RayState<V>::each(fresh.start, state_at_event, CopyLanes<V>{mask});
+        RayState<V>::for_each_number(fresh.start, state_at_event, CopyLanes<V>{mask});
         task_.begin(fresh);
         fresh.gradients = select(mask, step.gradients, fresh.gradients);
         state.copy_lanes(fresh, mask);
         copy_stages(state, fresh, mask);
-        state.lane_iterations = select(mask, packet_.iterations_at_end, state.lane_iterations);
+        state.lane_iterations = select(mask, packet_.iterations_of_ray, state.lane_iterations);
         packet_.record_energy_error(step.energy_error, mask);
         packet_.active |= lanes;
     }

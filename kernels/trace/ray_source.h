@@ -50,14 +50,14 @@ template <int W>
 void generate_camera_rays(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
     const CameraRays c = from;  // a copy, so that writes to `rays` cannot alias it
     const StartMap& map = c.start;
-    const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
+    const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();  // infinity: p is not scaled
     for (int i = 0; i < W; ++i) {
         double d[3], p[4];
         for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x[i] * c.right[k] + y[i] * c.down[k];
-        const auto row = [&](int k) {
+        const auto lowered = [&](int k) {  // Σ_j metric[k][j] d[j]
             return map.metric[k][0] * d[0] + map.metric[k][1] * d[1] + map.metric[k][2] * d[2];
         };
-        const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
+        const double inverse = 1 / std::sqrt(d[0] * lowered(0) + d[1] * lowered(1) + d[2] * lowered(2));
         for (double& component : d) component *= inverse;
         for (int k = 0; k < 4; ++k)
             p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];

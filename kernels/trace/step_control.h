@@ -80,9 +80,9 @@ public:
         rejected_ &= ~lanes;
     }
 
-    /// Repeats the steps of `lanes`, on which an event could not be refined, with half their length. Returns the lanes
-    /// whose steps are repeated; the steps of the other lanes have been halved too often.
-    std::uint64_t repeat_halved(const Step<V>& whole, std::uint64_t lanes) {
+    /// Repeats the steps of `lanes` in `whole_step` with half their length, because their event could not be refined.
+    /// Returns the lanes whose steps are repeated; the steps of the other lanes have been halved too often.
+    std::uint64_t repeat_halved(const Step<V>& whole_step, std::uint64_t lanes) {
         constexpr std::uint16_t halvings_per_refinement = 16;  // a failed refinement costs several steps
         std::uint64_t again = 0;
         for (const int i : lanes_in(lanes)) {
@@ -93,25 +93,25 @@ public:
         if (!again) return 0;
         const MaskOf<V> mask = from_bits<V>(again);
         Packet<V>& packet = packet_;
-        packet.state.copy_lanes(whole, mask);
+        packet.state.copy_lanes(whole_step, mask);
         packet.step_length =
-            select(mask, task_.method.info.adaptive ? whole.h : V(S(task_.job.step)), packet.step_length);
+            select(mask, task_.method.info.adaptive ? whole_step.h : V(S(task_.job.step)), packet.step_length);
         packet.steps = select(mask, packet.steps - V(S(1)), packet.steps);
-        packet.state.lane_iterations = select(mask, packet.iterations_at_end, packet.state.lane_iterations);
+        packet.state.lane_iterations = select(mask, packet.iterations_of_ray, packet.state.lane_iterations);
         packet.active |= again;
         repeated_ |= again;
-        restart(again, whole.h * V(S(0.5)));
+        restart(again, whole_step.h * V(S(0.5)));
         return again;
     }
 
 private:
-    /// Moves `lanes` back to the start of their step, with a new step length. Recomputes the memory of the stepper
-    /// there.
+    /// Moves `lanes` back to the start of their step, with a new step length. Recomputes the stage derivatives that the
+    /// stepper keeps there.
     void restart(std::uint64_t lanes, const V& length) {
         const MaskOf<V> mask = from_bits<V>(lanes);
         StepperState<V>& state = packet_.state;
         state.h = select(mask, length, state.h);
-        if (task_.resumes) return;
+        if (task_.steps_without_begin) return;
         StepperState<V> restarted = state;
         task_.begin(restarted);
         copy_stages(state, restarted, mask);
@@ -128,8 +128,8 @@ private:
         restart(lanes, packet_.state.h * V(S(0.5)));
         if (failed &= lanes) writer_.fail_rays(failed, unsolved, not_conserved);
     }
-    /// Ends those of `lanes` that have reached an event by many halvings: a step along the tangent leads beyond it. If
-    /// H is NaN beyond the event, every step across it is rejected, so that its distance is below the halved step.
+    /// Ends those of `lanes` from whose position a step along the tangent leads beyond an event. If H is NaN beyond an
+    /// event, every step across it is rejected. After many halvings, the ray is closer to the event than one step.
     /// Returns the lanes whose rays have ended.
     std::uint64_t end_at_edge(std::uint64_t lanes) {
         if (task_.method.info.angular) return 0;
@@ -160,10 +160,10 @@ private:
     Packet<V>& packet_;
     RayEndWriter<V>& writer_;
     StepLength<V> length_;
-    std::uint64_t repeated_ = 0;  ///< Lanes whose step has been repeated.
+    std::uint64_t repeated_ = 0;  ///< Lanes whose current step is a repetition with another length.
     std::uint64_t rejected_ = 0;  ///< Lanes whose step has been rejected by `repeat`.
-    std::uint8_t halvings_[W] = {}, rejections_[W] = {};
-    std::uint16_t halvings_of_ray_[W] = {};
+    std::uint8_t halvings_[W] = {}, rejections_[W] = {};  ///< Counts for the current step of each lane.
+    std::uint16_t halvings_of_ray_[W] = {};               ///< Halvings of all steps of each ray.
 };
 
 }  // namespace kagero

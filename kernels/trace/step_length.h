@@ -17,8 +17,8 @@ KAGERO_INLINE V straight_exit_length(const Task<V>& task, const RayState<V>& sta
     using S = ScalarOf<V>;
     const Vec3<V> q = start.q(), v = start.velocity;
     const V inverse = recip(dot(v, v)), along = dot(q, v) * inverse, radius = V(S(task.job.escape_radius));
-    const V length = root(max(fma(along, along, inverse * (radius * radius - dot(q, q))), V(S(0)))) - along;
-    return max(length, root(dot(q, q) * inverse) * V(S(1e-3))) * V(S(1.001));
+    const V length = fast_sqrt(max(fma(along, along, inverse * (radius * radius - dot(q, q))), V(S(0)))) - along;
+    return max(length, fast_sqrt(dot(q, q) * inverse) * V(S(1e-3))) * V(S(1.001));
 }
 
 /// Computes the lengths of steps from the proposed lengths.
@@ -28,12 +28,13 @@ class StepLength {
 
 public:
     explicit StepLength(const Task<V>& task)
-        : task_(task), bounded_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bending_radius) ||
-                                ParameterLimit::exists(task)) {}
+        : task_(task),
+          has_bounds_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bending_radius) ||
+                      ParameterLimit::exists(task)) {}
 
     /// Returns the lengths of the next steps from `start`, given the proposed lengths.
     V operator()(const RayState<V>& start, const V& proposed) const {
-        return bounded_ ? bounded_length(start, proposed) : proposed;
+        return has_bounds_ ? bounded_length(start, proposed) : proposed;
     }
 
 private:
@@ -50,7 +51,7 @@ private:
         }
         return ParameterLimit::exists(task_) ? ParameterLimit::limited_length(task_, start, h) : h;
     }
-    /// Limits |h dq/dτ| to the step bound that the Hamiltonian states.
+    /// Limits |h dq/dτ| to the step bound of the Hamiltonian and, for adaptive methods, to `longest_adaptive_step`.
     V limit_to_step_bound(const RayState<V>& start, const V& h) const {
         V bound = start.max_step_length;
         if (std::isfinite(task_.job.max_step_radius_ratio) && task_.method.info.adaptive)
@@ -74,12 +75,12 @@ private:
                             excess2 = dot(q, q) - square, inward_rate = -dot(q, v);
         const V depth2 = square * dot(v, v) - dot(moment, moment);
         const MaskOf<V> enters = (inward_rate > zero) & (depth2 > zero);
-        const V entry = excess2 / (inward_rate + root(max(depth2, zero)));
+        const V entry = excess2 / (inward_rate + fast_sqrt(max(depth2, zero)));
         return select(excess2 > zero, select(enters, entry, V(std::numeric_limits<S>::max())), zero);
     }
 
     const Task<V>& task_;
-    const bool bounded_;  ///< False if every step has its proposed length.
+    const bool has_bounds_;  ///< False if every step has its proposed length.
 };
 
 }  // namespace kagero

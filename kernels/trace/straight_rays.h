@@ -11,7 +11,7 @@
 namespace kagero {
 
 /// Ends the active rays of a packet whose straight line leaves the escape sphere. Other rays remain active: they start
-/// outside the sphere and pass it, or their numbers are out of range. `scene` is null if the scene has no surfaces.
+/// outside the sphere and pass it, or their state is not finite. `scene` is null if the scene has no surfaces.
 template <class V>
 void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<V>* scene, RayEndWriter<V>& writer,
                        Counters& counters) {

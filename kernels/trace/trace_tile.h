@@ -9,16 +9,17 @@
 
 namespace kagero {
 
-/// Function object that returns true if the job has been cancelled. It queries the job once in every `interval` calls.
+/// Function object that returns true if the job has been cancelled. It calls Job::cancelled once in every `interval`
+/// calls and returns false otherwise.
 class CancelCheck {
 public:
     explicit CancelCheck(const Job& job) : job_(job) {}
-    bool operator()() { return job_.cancelled && ++steps_ % interval == 0 && job_.cancelled(job_.cancel_user); }
+    bool operator()() { return job_.cancelled && ++calls_ % interval == 0 && job_.cancelled(job_.cancel_user); }
 
 private:
     static constexpr std::uint32_t interval = 64;
     const Job& job_;
-    std::uint32_t steps_ = 0;
+    std::uint32_t calls_ = 0;
 };
 
 /// Traces a tile, packet by packet.

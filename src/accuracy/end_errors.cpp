@@ -10,13 +10,13 @@
 namespace kagero {
 namespace {
 
-/// Adaptive method of order 8, by which the second run integrates in spaces that bound the step.
+/// Method of the second run in spaces that bound the step: adaptive, of order 8.
 constexpr const char* substitute_method = "dp85";
 /// Tolerance of `substitute_method`. The second run must be much more accurate than the picture.
 constexpr double substitute_tolerance = 1e-10;
 /// Smallest tolerance that adaptive methods can meet in double precision.
 constexpr double least_tolerance = 1e-14;
-/// Ratio of the tolerances of both runs.
+/// Ratio of the tolerances of both runs if both use the plan's adaptive method.
 constexpr double tolerance_ratio = 100;
 
 /// Returns the tolerance of the second run: a smaller one if adaptive methods can meet it, otherwise a larger one.
@@ -40,38 +40,38 @@ const KernelInfo& float64_kernel(const Plan& plan) {
 }  // namespace
 
 EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
-    : plan_(plan), position_(position), rounding_(rounding) {
+    : plan_(plan), estimates_position_(position), estimates_rounding_(rounding) {
     if (plan.scene->straight || !position) return;
     const IntegratorInfo& info = plan.method();
     const Variant same_method = variant_with_kernel(plan, float64_kernel(plan));
     const double step = same_method.step;
-    // The substitute is not used if the tolerance of the picture is almost as small.
-    const bool is_tight = info.adaptive && step <= tolerance_ratio * substitute_tolerance;
-    const auto substitute = plan.scene->space.info().bounds_steps && !is_tight
+    // The substitute is not used if the plan's tolerance is almost as small as that of the substitute.
+    const bool is_tolerance_small = info.adaptive && step <= tolerance_ratio * substitute_tolerance;
+    const auto substitute = plan.scene->space.info().bounds_steps && !is_tolerance_small
                                 ? find_variant(plan, substitute_method, *same_method.kernel, substitute_tolerance)
                                 : std::nullopt;
     Variant second = substitute.value_or(same_method);
     second.solver_tolerance = 0;
-    // The error of an adaptive method may come from the tolerance or from the limit on the step length. Both are
-    // reduced.
-    const bool limit_step = !substitute && info.adaptive && second_tolerance(step) < step;
+    // The first step of an adaptive method is halved too. The error of the second run is assumed to be smaller by the
+    // ratio of the tolerances or by 2^order, whichever is less.
+    const bool halves_first_step = !substitute && info.adaptive && second_tolerance(step) < step;
     if (!substitute) {
         second.step = info.adaptive ? second_tolerance(step) : 0.5 * step;
         // Hits on chords have an error of second order in the step, whatever the order of the method.
         const bool chords = plan.scene->geometry->kernel_view() && plan.run.hit == HitModel::chord;
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
         double error_ratio = std::pow(second.step / step, order);
-        if (limit_step) error_ratio = std::max(error_ratio, std::pow(0.5, info.order));
+        if (halves_first_step) error_ratio = std::max(error_ratio, std::pow(0.5, info.order));
         error_over_difference_ = 1 / std::abs(1 - error_ratio);
     }
     second_run_ = plan_with_variant(plan, second);
-    if (limit_step) second_run_->run.step *= 0.5;
-    // The substitute takes longer steps than the picture, so hits on its chords would be less accurate.
+    if (halves_first_step) second_run_->run.step *= 0.5;
+    // The substitute takes longer steps than the plan's method, so hits on its chords would be less accurate.
     if (substitute) second_run_->run.hit = HitModel::hermite;
 }
 
-/// Returns the effect of rounding the ray end to the plan's precision, in pixels. Smaller errors cannot be measured.
-double EndErrors::rounding_of_end(const RayEnd& end) const {
+/// Returns the error, in pixels, of rounding the ray end to the plan's precision. Smaller errors cannot be measured.
+double EndErrors::end_rounding_error(const RayEnd& end) const {
     if (!has_visible_end(end)) return 0;
     const double epsilon = plan_.run.kernel->precision == Precision::float32 ? 0x1p-24 : 0x1p-53;
     if (end.status == Status::escaped) return epsilon / pixel_size(plan_.description(), 1);
@@ -81,9 +81,10 @@ double EndErrors::rounding_of_end(const RayEnd& end) const {
 std::vector<EndError> EndErrors::estimate(const Tile& tile, const RayEnd* ends, const RayList& list,
                                           const CancelToken& cancel) const {
     std::vector<EndError> errors;
-    if (!position_ && !rounding_) return errors;
+    if (!estimates_position_ && !estimates_rounding_) return errors;
     const std::size_t count = ray_count_of(tile, list);
-    for (std::size_t i = 0; i < count; ++i) errors.push_back({rounding_of_end(ends[i]), rounding_of_end(ends[i])});
+    for (std::size_t i = 0; i < count; ++i)
+        errors.push_back({end_rounding_error(ends[i]), end_rounding_error(ends[i])});
     if (second_run_) {
         std::vector<RayEnd> second_ends;
         Counters unused{};
@@ -96,7 +97,7 @@ std::vector<EndError> EndErrors::estimate(const Tile& tile, const RayEnd* ends, 
                 std::isnan(difference) ? difference : std::max(errors[i].position, error_over_difference_ * difference);
         }
     }
-    if (rounding_) {
+    if (estimates_rounding_) {
         const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, cancel);
         for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
     }

@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-/// The level H0 of a ray, and the unit ½|p0|² + |H0| of its relative energy error.
+/// The level H0 of a ray, and the scale ½|p0|² + |H0|. The relative energy error is (H − H0)/scale.
 struct Level {
     double value, scale;
 };
@@ -25,12 +25,14 @@ std::vector<PathPoint> paths_of(const Plan& plan, const Variant& variant, const 
     return trace_paths(plan_with_variant(plan, variant), rays, ends);
 }
 
-double mean(const std::vector<double>& values, std::size_t from, std::size_t to) {
+/// Returns the mean of the values with indices begin to end − 1.
+double mean(const std::vector<double>& values, std::size_t begin, std::size_t end) {
     double sum = 0;
-    for (std::size_t i = from; i < to; ++i) sum += values[i];
-    return sum / double(to - from);
+    for (std::size_t i = begin; i < end; ++i) sum += values[i];
+    return sum / double(end - begin);
 }
 
+/// Returns the energy drift of one ray. `errors` contains the absolute energy error at each step; it is not empty.
 EnergyDrift drift_of(const std::vector<double>& errors) {
     const std::size_t n = errors.size(), tenth = std::max<std::size_t>(1, n / 10);
     return {*std::max_element(errors.begin(), errors.end()), mean(errors, 0, tenth), mean(errors, n - tenth, n)};
@@ -41,12 +43,14 @@ EnergyDrift drift_of(const std::vector<double>& errors) {
 EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays) {
     const std::vector<PathPoint> points = paths_of(plan, variant, rays);
     EnergyDrift worst;
-    for (auto from = points.begin(); from != points.end();) {
-        const auto to = std::find_if(from, points.end(), [&](const PathPoint& p) { return p.ray != from->ray; });
-        const Level level = level_of(plan, rays[from->ray]);
+    for (auto path_begin = points.begin(); path_begin != points.end();) {
+        const std::uint64_t ray = path_begin->ray;
+        const auto path_end =
+            std::find_if(path_begin, points.end(), [&](const PathPoint& point) { return point.ray != ray; });
+        const Level level = level_of(plan, rays[ray]);
         std::vector<double> errors;
         // The first point is the ray start, where H equals H0 to rounding. It is left out if other points exist.
-        for (auto point = from + (to - from > 1); point != to; ++point)
+        for (auto point = path_begin + (path_end - path_begin > 1); point != path_end; ++point)
             if (std::isfinite(point->energy)) errors.push_back(std::abs(point->energy - level.value) / level.scale);
         if (!errors.empty()) {
             const EnergyDrift drift = drift_of(errors);
@@ -54,7 +58,7 @@ EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::ve
             worst.first_tenth = std::max(worst.first_tenth, drift.first_tenth);
             worst.last_tenth = std::max(worst.last_tenth, drift.last_tenth);
         }
-        from = to;
+        path_begin = path_end;
     }
     return worst;
 }

@@ -1,4 +1,4 @@
-/// Conservation of H by a method along a few rays.
+/// Conservation of H by a method, measured along a few rays.
 #pragma once
 
 #include "plan/variant.h"
@@ -20,7 +20,7 @@ EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::ve
 struct EnergyTrace {
     const IntegratorInfo* info = nullptr;
     double step = 0;       ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
-    double gradients = 0;  ///< Gradient evaluations per ray, mean over the sample rays of the study.
+    double gradients = 0;  ///< Gradient evaluations per ray, mean over the sample rays.
     std::vector<std::array<double, 2>> points;  ///< Pairs (λ, relative energy error), one per step.
 };
 

@@ -1,5 +1,5 @@
-/// Error of integration methods as a function of their step, measured on a sample of a scene's camera rays. The kernels
-/// and the loop are those of `render`.
+/// Error of integration methods as a function of their step, measured on a sample of a scene's camera rays with the
+/// kernels that `render` uses.
 #pragma once
 
 #include "accuracy/energy_drift.h"
@@ -14,18 +14,18 @@ namespace kagero {
 /// Options of a measurement of error curves.
 struct CurveOptions {
     std::uint32_t width = 64, height = 64;  ///< Size of the grid of sampled pixels.
-    /// Measure only the scene's method and the representative methods, the latter in double only.
+    /// True: only the scene's method and the representative methods are measured, the latter in double only.
     bool quick = false;
-    /// Measure every method with the strategy `scalar` too. Otherwise only the scene's method is measured with
+    /// True: every method is measured with the strategy `scalar` too. False: only the scene's method is measured with
     /// `scalar`.
     bool full = false;
     std::optional<Strategy> strategy;    ///< Strategy to measure. Empty: `packet` and `scalar`.
     std::optional<Precision> precision;  ///< Precision to measure. Empty: both precisions.
-    /// Bound on the 99th percentile of the pixel error; 0 means no bound. With a bound, only packets are measured, in
-    /// double and in float, and the longest step of each method that meets the bound is searched.
+    /// Bound on the 99th percentile of the pixel error; 0 means no bound. With a bound, only the strategy `packet` is
+    /// measured, in double and in float, and the longest step of each method that meets the bound is searched.
     double pixel_bound = 0;
-    /// End of the time for measurements. Points that are measured earlier are kept. RunError is thrown if the reference
-    /// is not complete by then.
+    /// End of the time for measurements. Points that were measured before the deadline are kept. RunError is thrown if
+    /// the reference is not complete at the deadline.
     Deadline deadline;
 };
 
@@ -46,7 +46,7 @@ struct StudyPoint {
     double steps_without_surfaces = 0;  ///< Steps per ray without surfaces.
     double occupancy = 1;               ///< Active lane-steps divided by issued lane-steps.
     RayErrors errors;                   ///< Errors of the ray ends against the reference.
-    EnergyDrift drift;                  ///< Energy errors along a few rays.
+    EnergyDrift drift;                  ///< Energy errors along a few of the rays.
 };
 
 /// Measurements of one method over its steps, the coarsest step first.
@@ -54,8 +54,8 @@ struct StudyCurve {
     std::string method;
     Strategy strategy{};
     Precision precision{};
-    const IntegratorInfo* info = nullptr;
-    bool rescaled = false;  ///< True if H is integrated with time rescaling.
+    const IntegratorInfo* info = nullptr;  ///< Description of the method.
+    bool rescaled = false;                 ///< True if H is integrated with time rescaling.
     /// True if the solver tolerance is a hundredth of the direction error that the method has at the same step. False
     /// if the solver tolerance is that of the scene.
     bool has_loose_solver = false;
@@ -72,30 +72,30 @@ struct StudyCurve {
 struct ErrorCurves {
     SampleRays sample;
     ReferenceSummary reference;
-    std::uint64_t ill_conditioned = 0;  ///< Number of ill-conditioned rays in the sample, see ray_errors.h.
+    std::uint64_t ill_conditioned_rays = 0;  ///< Number of ill-conditioned rays in the sample, see ray_errors.h.
     std::vector<StudyCurve> curves;
     std::vector<std::string> refused;  ///< Methods that do not support this space.
-    bool interrupted = false;
+    bool interrupted = false;          ///< True if some points were not measured, because of the deadline or a stop.
 };
 
 /// Returns true if two methods agree on the status and the object of at least 99 % of the ray ends.
 bool is_confirmed(const ReferenceSummary& reference);
 /// Returns a message for a reference that is not confirmed: the number of rays on which the methods disagree.
 std::string describe_disagreement(const ReferenceSummary& reference);
-/// Returns true if the point meets the bound `error` on a quantity of RayErrors. The 99th percentiles of the point's
-/// error and of the reference's uncertainty must be at most `error`. The reference must be confirmed, and at most 1 %
-/// of the rays may end differently from it. A point whose rays are all captured meets every bound.
-bool is_within(const StudyPoint& point, double error, Percentiles RayErrors::*quantity,
+/// Returns true if the point meets a bound on a quantity of RayErrors. The 99th percentiles of the point's error and of
+/// the reference's uncertainty must be at most `bound`. The reference must be confirmed, and at most 1 % of the rays
+/// may be flips. A point whose rays are all captured meets every bound.
+bool is_within(const StudyPoint& point, double bound, Percentiles RayErrors::*quantity,
                const ReferenceSummary& reference);
 
 /// Measures error curves in three calls. `prepare` chooses the rays and traces their reference, `measure_ladders`
 /// measures all methods, and `finish` returns the result.
 class CurveBuilder {
 public:
-    /// Callback for each measured point, with the report of its run and its ray ends. It returns false if there was no
-    /// time to complete the point; the point is then dropped.
-    using Measured = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
-                                        const std::vector<RayEnd>&)>;
+    /// Callback for each measured point, with the index of its curve, the report of its run and its ray ends. The
+    /// callback may complete the point. It returns false if there was no time for this; the point is then dropped.
+    using PointCallback = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
+                                             const std::vector<RayEnd>&)>;
 
     CurveBuilder(const Plan& plan, const CurveOptions& options, const std::atomic<bool>* stop)
         : plan_(plan), options_(options), stop_(stop) {}
@@ -103,32 +103,34 @@ public:
     /// Chooses the sample rays and traces their reference. Throws RunError if no ray has a confirmed end.
     void prepare();
     /// Measures every selected method over its step ladder. Calls `progress` with the finished share, from 0 to 1.
-    void measure_ladders(const std::function<void(double)>& progress, const Measured& measured = {});
+    void measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point = {});
 
-    /// Returns the plan of the measurements. `prepare` reduces its `max_steps` to 30 times the median of the sample
-    /// rays.
+    /// Returns the plan of the measurements. `prepare` reduces its `max_steps` to 30 times the median number of steps
+    /// of the sample rays, but not below 1000.
     const Plan& plan() const { return plan_; }
     const ErrorCurves& curves() const { return curves_; }
     const ReferenceRays& reference_rays() const { return reference_; }
+    /// Returns true if the measurement must end: because of `stop` or the deadline.
     bool stopped() const { return (stop_ && stop_->load(std::memory_order_relaxed)) || options_.deadline.passed(); }
+    /// Returns the conditions that end a run of the measurement.
     RunControl control() const { return {.stop = stop_, .time_limit = options_.deadline.remaining_seconds()}; }
     /// Moves the curves out of the builder. Call it last.
     ErrorCurves finish();
 
 private:
-    void bound_steps();
+    void reduce_max_steps();
     void keep_confirmed_rays();
-    void measure_ladder(const Ladder& ladder, const Measured& measured);
+    void measure_ladder(const Ladder& ladder, const PointCallback& on_point);
     void bisect_longest_step(StudyCurve& curve, Variant variant);
     bool set_loose_tolerance(Variant& variant) const;
-    std::optional<StudyPoint> measure(const Variant& variant, const Measured& measured) const;
+    std::optional<StudyPoint> measure(const Variant& variant, const PointCallback& on_point) const;
 
     Plan plan_;
     const CurveOptions options_;
     const std::atomic<bool>* stop_;
     ErrorCurves curves_;
     ReferenceRays reference_;
-    double least_work_ = std::numeric_limits<double>::infinity();  ///< Work per ray of the cheapest point so far.
+    double least_work_ = std::numeric_limits<double>::infinity();  ///< Work per ray of the cheapest measured point.
 };
 
 /// Chooses the sample, measures all ladders and returns the curves. With a pixel bound, no curve is measured if the

@@ -44,7 +44,9 @@ double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd
     const double size = pixel_size_at(plan, expected);
     if (!is_seen_by_direction(plan, expected)) return distance(expected.q, actual.q) / size;
     const SkyView a = sky_view(plan.scene->space, expected), b = sky_view(plan.scene->space, actual);
-    return a.far == b.far ? angle(a.direction, b.direction) / size : angle(expected.v, actual.v) / size;
+    // Directions on the skies of different sheets cannot be compared. The directions at the ray ends are used instead.
+    const bool on_same_sky = a.on_second_sheet == b.on_second_sheet;
+    return on_same_sky ? angle(a.direction, b.direction) / size : angle(expected.v, actual.v) / size;
 }
 
 double pixel_error(const Plan& plan, const RayEnd& expected, const RayEnd& actual) {
@@ -74,8 +76,8 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const s
         const double error_in_pixels = distance_in_pixels(plan, to_hamiltonian_coordinates(plan, expected),
                                                           to_hamiltonian_coordinates(plan, actual)),
                      conditioning = reference.conditioning[i];
-        pixels.push_back(error_in_pixels / std::max(1.0, conditioning / ill_conditioned));
-        if (conditioning > ill_conditioned) {
+        pixels.push_back(error_in_pixels / std::max(1.0, conditioning / conditioning_limit));
+        if (conditioning > conditioning_limit) {
             ill_conditioned_pixels.push_back(error_in_pixels / conditioning);
             continue;
         }
@@ -84,8 +86,8 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const s
     }
     errors.compared = position.size();
     errors.compared_ill_conditioned = ill_conditioned_pixels.size();
-    const auto above = std::count_if(pixels.begin(), pixels.end(), [](double error) { return error > 0.25; });
-    errors.above_quarter_pixel = double(above) / double(pixels.size());
+    const auto count = std::count_if(pixels.begin(), pixels.end(), [](double error) { return error > 0.25; });
+    errors.above_quarter_pixel = double(count) / double(pixels.size());
     errors.position = percentiles_of(std::move(position));
     errors.direction = percentiles_of(std::move(direction));
     errors.pixels = percentiles_of(std::move(pixels));
@@ -95,7 +97,7 @@ RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const s
 
 std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,
                                     const std::vector<RayEnd>& right, const std::vector<RayEnd>& below) {
-    std::vector<double> all(ends.size());
+    std::vector<double> conditioning_of_rays(ends.size());
     for (std::size_t i = 0; i < ends.size(); ++i)
         for (const RayEnd* neighbour : {&right[i], &below[i]}) {
             // A neighbour with another status or object is ignored: the edge of an object may lie between the two rays.
@@ -108,9 +110,9 @@ std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, 
                                              ? 0
                                              : angle(ends[i].v, neighbour->v),
                          separation = std::max(angle_of_ends, shift);
-            all[i] = std::max(all[i], separation / sample.neighbour_angle);
+            conditioning_of_rays[i] = std::max(conditioning_of_rays[i], separation / sample.neighbour_angle);
         }
-    return all;
+    return conditioning_of_rays;
 }
 
 }  // namespace kagero

@@ -6,25 +6,28 @@
 
 namespace kagero {
 
-/// Conditioning above which a ray is ill-conditioned. Such a ray multiplies every error by more than this factor. It
-/// does not count in the errors of position and direction. Its pixel error is divided by conditioning /
-/// `ill_conditioned`, because one pixel near it shows a region many pixels wide.
-inline constexpr double ill_conditioned = 1e3;
+/// Conditioning above which a ray is ill-conditioned. Errors of position and direction do not include such a ray. Its
+/// pixel error is divided by conditioning / `conditioning_limit`, because one pixel near the ray shows a region many
+/// pixels wide.
+inline constexpr double conditioning_limit = 1e3;
 
 /// Reference ends of the sample rays.
 struct ReferenceRays {
     std::vector<RayEnd> ends;
-    /// Condition numbers: the angle between a ray end and that of a neighbouring ray, divided by the angle between the
-    /// starts. The greater value of both neighbours counts.
+    /// Conditioning of each ray: the angle between the end of the ray and that of a neighbouring ray, divided by the
+    /// angle between their starts. The angle between the ends is that between the directions or between the end points
+    /// as seen from the camera, whichever is greater. Each ray has two neighbours; the greater conditioning counts.
     std::vector<double> conditioning;
-    std::vector<bool> confirmed;  ///< True if the ray ends and two methods agree on its status and object.
+    /// For each ray: true if two methods agree on its status and object, and the status is `hit`, `escaped` or
+    /// `captured`.
+    std::vector<bool> confirmed;
 };
 
 /// Returns true if the end of a ray shows a surface or the sky, that is, if its status is `hit` or `escaped`.
 bool has_visible_end(const RayEnd& end);
 
-/// Returns true if the direction at the ray end determines what the pixel shows, and not the position. This is the case
-/// for rays that hit nothing, except for an orthographic camera.
+/// Returns true if errors of a ray end are measured as angles between directions, false if as distances between
+/// positions. They are angles for rays that hit nothing, except for an orthographic camera, whose pixels have no angle.
 bool is_seen_by_direction(const Plan& plan, const RayEnd& end);
 
 /// Returns the size of a film pixel at a ray end: an angle in radians if `is_seen_by_direction`, otherwise a length.
@@ -35,23 +38,25 @@ double pixel_size_at(const Plan& plan, const RayEnd& end);
 /// object. They must be in the coordinates of the Hamiltonian, as kernels write them.
 double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
-/// Returns the pixel error of any two ends: `distance_in_pixels` if both have the same status and object. The result is
-/// zero if both rays are captured. It is NaN if status or object differ, or if the rays do not end.
+/// Returns the pixel error of any two ray ends: `distance_in_pixels` if both have the same status and object. The
+/// result is zero if both rays are captured. It is NaN if status or object differ, or if the status is `step_limit` or
+/// `failed`.
 double pixel_error(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
-/// Converts a ray end from scene coordinates and units, which `trace` returns, to those of the Hamiltonian.
+/// Returns a ray end of `trace` with its position in the coordinates of the Hamiltonian instead of those of the scene
+/// file.
 RayEnd to_hamiltonian_coordinates(const Plan& plan, RayEnd end);
 
-/// Errors of one run of the sample, relative to the reference. Rays whose status or object differs from the reference
-/// are counted in `flips` only. Captured rays have no end point and enter no error.
+/// Errors of the sample rays in one run, relative to the reference. Rays whose status or object differs from the
+/// reference are counted only in `flips`. Captured rays have no end point and no error.
 struct RayErrors {
     std::uint64_t compared = 0;                  ///< Number of well-conditioned rays that were compared.
     std::uint64_t flips = 0;                     ///< Number of rays whose status or object differs from the reference.
     std::uint64_t compared_ill_conditioned = 0;  ///< Number of ill-conditioned rays that were compared.
-    Percentiles position;                        ///< Distance of the end points, well-conditioned rays, scene units.
-    Percentiles direction;               ///< Angle between the directions at the ends, well-conditioned rays, radians.
-    Percentiles pixels;                  ///< Pixel error; ill-conditioned rays are scaled, see `ill_conditioned`.
-    double above_quarter_pixel = 0;      ///< Share of the errors in `pixels` that exceed 0.25.
+    Percentiles position;                        ///< Distance of the end points, well-conditioned rays; scene units.
+    Percentiles direction;           ///< Angle between the directions at the ends, well-conditioned rays; radians.
+    Percentiles pixels;              ///< Pixel error of all compared rays; scaled as described at conditioning_limit.
+    double above_quarter_pixel = 0;  ///< Share of the errors in `pixels` that exceed 0.25.
     Percentiles ill_conditioned_pixels;  ///< Pixel error divided by conditioning, ill-conditioned rays only.
 };
 
@@ -61,7 +66,8 @@ bool same_status_and_object(const RayEnd& a, const RayEnd& b);
 /// Compares ray ends with the reference. Positions are in scene coordinates, as `trace` returns them.
 RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const std::vector<RayEnd>& ends);
 
-/// Returns ReferenceRays::conditioning. `right` and `below` are the ends of the neighbours of the sample rays.
+/// Returns ReferenceRays::conditioning. `ends` are the ends of the sample rays; `right` and `below` are the ends of
+/// their neighbours.
 std::vector<double> conditioning_of(const Plan& plan, const SampleRays& sample, const std::vector<RayEnd>& ends,
                                     const std::vector<RayEnd>& right, const std::vector<RayEnd>& below);
 

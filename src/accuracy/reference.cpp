@@ -11,18 +11,18 @@ namespace {
 /// A method with its step.
 struct MethodAndStep {
     const char* method;
-    double step;  ///< Tolerance of an adaptive method; otherwise the step divided by that of the scene.
+    double step;  ///< Tolerance of an adaptive method; otherwise, the step divided by `equivalent_step`.
 };
-/// Two methods: `best` computes the reference, and `other` confirms it.
-struct Pair {
-    MethodAndStep best, other;
-    bool is_fallback = false;  ///< True if the pair is used only if no other pair could be compared.
+/// Two methods: `computing` computes the reference ends, and `confirming` confirms them.
+struct MethodPair {
+    MethodAndStep computing, confirming;
+    bool is_fallback = false;  ///< True: the pair is used only if the uncertainty of every earlier pair is NaN.
 };
-// The first pairs consist of methods of different kinds: collocation with a fixed step, and an explicit adaptive
-// method. At the edge of a medium no fixed step is accurate enough, so two adaptive methods of different orders are
-// compared. If the gradient of H jumps, only collocation methods are supported. Two of them, with different orders and
-// steps, are the fallback.
-constexpr Pair pairs[] = {
+// The first two pairs consist of methods of different kinds: collocation with a fixed step, and an explicit adaptive
+// method. At the edge of a medium no fixed step is accurate enough, so the third pair consists of two adaptive methods
+// of different orders. If the gradient of H jumps, only collocation methods are supported, so the fallback is a pair of
+// collocation methods with different orders and steps.
+constexpr MethodPair pairs[] = {
     {{"gauss16", 0.5}, {"dp85", 1e-12}},
     {{"gauss16", 0.125}, {"dp85", 1e-12}},
     {{"dp85", 1e-12}, {"dp54", 1e-14}},
@@ -31,21 +31,22 @@ constexpr Pair pairs[] = {
 /// Uncertainty at which the search for a better pair stops: 99th percentile, relative to the scene size.
 constexpr double sufficient_agreement = 1e-12;
 
-/// Returns the variant with this method and step, or nothing if the space does not support the method.
+/// Returns the variant with this method and step, or nullopt if the space does not support the method.
 std::optional<Variant> variant_of(const Plan& plan, const MethodAndStep& choice) {
     auto found = find_variant(plan, choice.method, Strategy::packet, Precision::float64, choice.step);
     if (found && !info_of(plan, *found).adaptive) found->step *= equivalent_step(plan, *found);
     return found;
 }
 
-/// Conditions under which tracing stops early.
+/// Conditions that interrupt tracing.
 struct Limits {
     const Deadline& deadline;
     const std::atomic<bool>* stop;
 };
 
-std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts,
-                            const Limits& limits) {
+/// Traces the rays and returns their ends. Throws RunError if the deadline passes, and Interrupted if `stop` is set.
+std::vector<RayEnd> trace_ends(const Plan& plan, const Variant& variant, const std::vector<RayStart>& starts,
+                               const Limits& limits) {
     std::vector<RayEnd> ends;
     const RunReport report = trace(plan_with_variant(plan, variant), starts, ends,
                                    {.stop = limits.stop, .time_limit = limits.deadline.remaining_seconds()});
@@ -56,40 +57,41 @@ std::vector<RayEnd> ends_by(const Plan& plan, const Variant& variant, const std:
 }
 
 /// Returns true if the status is `hit`, `escaped` or `captured`.
-bool has_ended(const RayEnd& end) { return end.status != Status::step_limit && end.status != Status::failed; }
+bool has_definite_status(const RayEnd& end) { return end.status != Status::step_limit && end.status != Status::failed; }
 
-/// Reference rays of one pair of methods.
+/// Reference rays by one pair of methods, and their uncertainty.
 struct Attempt {
     ReferenceRays rays;
     ReferenceSummary summary;
 };
 
 /// Traces the sample with two variants and compares the ray ends.
-Attempt compare_pair(const Plan& plan, const SampleRays& sample, const Variant& best, const Variant& other,
+Attempt compare_pair(const Plan& plan, const SampleRays& sample, const Variant& computing, const Variant& confirming,
                      const Limits& limits) {
     Attempt attempt;
     ReferenceSummary& summary = attempt.summary;
-    summary.variant = best;
-    summary.method = info_of(plan, best).name;
-    summary.confirmed_by = info_of(plan, other).name;
-    if (plan.scene->straight) summary.method = summary.confirmed_by = "straight lines in closed form";
-    summary.step = stated_step(plan, best);
-    summary.confirmed_step = stated_step(plan, other);
-    summary.adaptive = info_of(plan, best).adaptive;
-    summary.confirmed_adaptive = info_of(plan, other).adaptive;
+    summary.variant = computing;
+    summary.method = info_of(plan, computing).name;
+    summary.confirming_method = info_of(plan, confirming).name;
+    if (plan.scene->straight) summary.method = summary.confirming_method = "straight lines in closed form";
+    summary.step = stated_step(plan, computing);
+    summary.confirming_step = stated_step(plan, confirming);
+    summary.adaptive = info_of(plan, computing).adaptive;
+    summary.confirming_adaptive = info_of(plan, confirming).adaptive;
 
     ReferenceRays& rays = attempt.rays;
-    rays.ends = ends_by(plan, best, sample.starts, limits);
-    const std::vector<RayEnd> confirming = ends_by(plan, other, sample.starts, limits);
-    rays.conditioning = conditioning_of(plan, sample, rays.ends, ends_by(plan, best, sample.right, limits),
-                                        ends_by(plan, best, sample.below, limits));
+    rays.ends = trace_ends(plan, computing, sample.starts, limits);
+    const std::vector<RayEnd> confirming_ends = trace_ends(plan, confirming, sample.starts, limits);
+    rays.conditioning = conditioning_of(plan, sample, rays.ends, trace_ends(plan, computing, sample.right, limits),
+                                        trace_ends(plan, computing, sample.below, limits));
     for (std::size_t i = 0; i < rays.ends.size(); ++i) {
-        const bool confirmed = has_ended(rays.ends[i]) && same_status_and_object(rays.ends[i], confirming[i]);
+        const bool confirmed =
+            has_definite_status(rays.ends[i]) && same_status_and_object(rays.ends[i], confirming_ends[i]);
         rays.confirmed.push_back(confirmed);
         ++(confirmed ? summary.confirmed : summary.unconfirmed);
         ++summary.status[static_cast<int>(rays.ends[i].status)];
     }
-    const RayErrors difference = compare_rays(plan, rays, confirming);
+    const RayErrors difference = compare_rays(plan, rays, confirming_ends);
     summary.uncertainty = difference.position;
     summary.direction = difference.direction;
     summary.pixels = difference.pixels;
@@ -101,18 +103,18 @@ Attempt compare_pair(const Plan& plan, const SampleRays& sample, const Variant& 
 ReferenceRays trace_reference(const Plan& plan, const SampleRays& sample, ReferenceSummary& summary,
                               const Deadline& deadline, const std::atomic<bool>* stop) {
     const double size = scene_size(*plan.scene);
-    // Returns the uncertainty relative to the scene size, or an angle in radians if all rays are ill-conditioned. NaN
-    // if no ray has the same status and object by both methods.
+    // Returns the uncertainty relative to the scene size, or an angle in radians if all rays are ill-conditioned.
+    // Returns NaN if no ray has a visible end with the same status and object by both methods.
     const auto uncertainty = [&](const ReferenceSummary& s) {
         return std::isfinite(s.uncertainty.p99) ? s.uncertainty.p99 / size : s.pixels.p99 * sample.pixel_angle;
     };
-    std::optional<Attempt> closest;
-    for (const Pair& pair : pairs) {
-        const auto best = variant_of(plan, pair.best), other = variant_of(plan, pair.other);
-        const bool compared = closest && std::isfinite(uncertainty(closest->summary));
-        if (!best || !other || (compared && pair.is_fallback)) continue;
-        Attempt attempt = compare_pair(plan, sample, *best, *other, {deadline, stop});
-        if (!compared || uncertainty(attempt.summary) < uncertainty(closest->summary)) closest = std::move(attempt);
+    std::optional<Attempt> closest;  // the attempt with the least uncertainty
+    for (const MethodPair& pair : pairs) {
+        const auto computing = variant_of(plan, pair.computing), confirming = variant_of(plan, pair.confirming);
+        const bool is_known = closest && std::isfinite(uncertainty(closest->summary));
+        if (!computing || !confirming || (is_known && pair.is_fallback)) continue;
+        Attempt attempt = compare_pair(plan, sample, *computing, *confirming, {deadline, stop});
+        if (!is_known || uncertainty(attempt.summary) < uncertainty(closest->summary)) closest = std::move(attempt);
         if (uncertainty(closest->summary) <= sufficient_agreement) break;
     }
     if (!closest)

@@ -23,7 +23,7 @@ Double3 to_double3(const double (&x)[3]) { return {x[0], x[1], x[2]}; }
 
 void copy(const Double3& from, double (&to)[3]) { std::copy(from.begin(), from.end(), to); }
 
-/// Returns a normal of a surface at q; its length is arbitrary. `primitive` is the triangle of a mesh.
+/// Returns a normal of a surface at q, of any length. `primitive` is the index of a triangle; spheres ignore it.
 Double3 normal_at(const Surface& surface, std::uint32_t primitive, const Double3& q) {
     if (surface.kind == Surface::Kind::sphere) return subtract(q, to_double3(surface.center));
     const auto vertex = [&](int k) {
@@ -46,34 +46,35 @@ Double3 normal_at(const Plan& plan, const RayEnd& end) {
                : to_double3(end.v);
 }
 
-/// Sets the derivatives of the pixel coordinates with respect to the ray's end point and direction, in pixels. The two
-/// coordinates are measured along two axes perpendicular to the normal or to the viewing direction.
+/// Sets the normal of the path, and the derivatives of the two pixel coordinates with respect to the ray's end point
+/// and direction, in pixels. The coordinates are measured along two axes perpendicular to the normal, or to the
+/// direction on the sky.
 void set_pixel_derivatives(const Plan& plan, const RayEnd& end, RayPath& path) {
     const Double3 normal = normal_at(plan, end), q = to_double3(end.q);
-    const double pixels = 1 / pixel_size_at(plan, end);
+    const double pixels_per_unit = 1 / pixel_size_at(plan, end);
     copy(normal, path.normal);
     if (!is_seen_by_direction(plan, end)) {
-        const auto across = meridians(normal);
-        for (std::size_t r = 0; r < 2; ++r) copy(scaled(across[r], pixels), path.by_position[r]);
+        const auto axes = axes_around(normal);
+        for (std::size_t r = 0; r < 2; ++r) copy(scaled(axes[r], pixels_per_unit), path.by_position[r]);
         return;
     }
     const SkyView view = sky_view(plan.scene->space, end);
-    const auto across = meridians(view.direction);
+    const auto axes = axes_around(view.direction);
     for (std::size_t r = 0; r < 2; ++r) {
-        if (!view.far) {
-            copy(scaled(across[r], pixels), path.by_direction[r]);
+        if (!view.on_second_sheet) {
+            copy(scaled(axes[r], pixels_per_unit), path.by_direction[r]);
             continue;
         }
-        // Derivatives of the reflected direction d − 2 (d·n) n with n = q/|q|, which gives the direction on the second
-        // sheet.
-        const Double3 n = unit(q), d = to_double3(end.v), &a = across[r];
-        copy(scaled(subtract(a, scaled(n, 2 * dot(a, n))), pixels), path.by_direction[r]);
+        // Derivatives of the direction on the second sheet: the reflected direction d − 2 (d·n) n with n = q/|q|.
+        const Double3 n = unit(q), d = to_double3(end.v), &a = axes[r];
+        copy(scaled(subtract(a, scaled(n, 2 * dot(a, n))), pixels_per_unit), path.by_direction[r]);
         const Double3 by_normal = add(scaled(d, dot(a, n)), scaled(a, dot(d, n)));
-        copy(scaled(subtract(by_normal, scaled(n, dot(by_normal, n))), -2 * pixels / length(q)), path.by_position[r]);
+        copy(scaled(subtract(by_normal, scaled(n, dot(by_normal, n))), -2 * pixels_per_unit / length(q)),
+             path.by_position[r]);
     }
 }
 
-/// Paths and ends of rays, indexed by ray.
+/// Paths and ends of the rays of a list, in the order of the list. The constructor traces the rays.
 struct Paths {
     std::vector<std::vector<PathPoint>> points;
     std::vector<RayEnd> ends;
@@ -101,19 +102,20 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
 }
 
 /// Returns a bound on the effect of rounding the ray's start, direction and end, in pixels. The ray is treated as
-/// straight. At oblique incidence on a surface, the end moves farther by 1/cos of the angle of incidence.
-double bound_of_ends(const Plan& plan, const RayStart& start, const RayEnd& end) {
+/// straight. At oblique incidence on a surface, the end point moves farther: by the factor 1/cos(angle of incidence).
+double start_and_end_bound(const Plan& plan, const RayStart& start, const RayEnd& end) {
     constexpr double roundings_of_direction = 4, roundings_of_positions = 2;
-    const double unit_roundoff = unit_roundoff_of(plan), direction = roundings_of_direction * unit_roundoff;
-    if (is_seen_by_direction(plan, end)) return direction / pixel_size_at(plan, end);
-    const Double3 from = to_double3(start.q), to = to_double3(end.q), normal = normal_at(plan, end);
+    const double unit_roundoff = unit_roundoff_of(plan), direction_error = roundings_of_direction * unit_roundoff;
+    if (is_seen_by_direction(plan, end)) return direction_error / pixel_size_at(plan, end);
+    const Double3 start_point = to_double3(start.q), end_point = to_double3(end.q), normal = normal_at(plan, end);
     const double cosine = std::abs(dot(normal, to_double3(end.v))) / (length(normal) * length(to_double3(end.v)));
-    const double displacement =
-        direction * length(subtract(to, from)) + roundings_of_positions * unit_roundoff * (length(from) + length(to));
+    const double displacement = direction_error * length(subtract(end_point, start_point)) +
+                                roundings_of_positions * unit_roundoff * (length(start_point) + length(end_point));
     return displacement / (std::max(cosine, unit_roundoff) * pixel_size_at(plan, end));
 }
 
-/// Computes the bounds of one batch. `indices` gives the index of each ray of the batch in `ends` and `bounds`.
+/// Computes the bounds of a batch of rays. `indices` contains the index of each ray of the batch in `ends` and
+/// `bounds`.
 void bound_batch(const Plan& plan, const RayList& rays, const std::vector<std::size_t>& indices, const RayEnd* ends,
                  double* bounds, const CancelToken& cancel) {
     const Paths traced(plan, rays, cancel);
@@ -127,13 +129,13 @@ void bound_batch(const Plan& plan, const RayList& rays, const std::vector<std::s
         set_pixel_derivatives(plan, traced.ends[i], paths.back());
         traced_rays.push_back(i);
     }
-    std::vector<double> pixels(paths.size());
+    std::vector<double> path_bounds(paths.size());
     const Job job = plan.job();
     plan.module().bound_roundings(&job, paths.data(), static_cast<std::uint32_t>(paths.size()), unit_roundoff_of(plan),
-                                  pixels.data());
+                                  path_bounds.data());
     for (std::size_t i = 0; i < traced_rays.size(); ++i) {
         const std::size_t ray = traced_rays[i], index = indices[ray];
-        bounds[index] = pixels[i] + bound_of_ends(plan, rays.starts[ray], ends[index]);
+        bounds[index] = path_bounds[i] + start_and_end_bound(plan, rays.starts[ray], ends[index]);
     }
 }
 
@@ -147,7 +149,8 @@ std::vector<double> rounding_bounds(const Plan& plan, const Tile& tile, const Ra
     std::vector<std::size_t> indices;
     for (std::size_t i = 0; i < starts.size(); ++i) {
         bounds.push_back(ends[i].status == Status::captured ? 0 : std::numeric_limits<double>::quiet_NaN());
-        if (plan.scene->straight && has_visible_end(ends[i])) bounds.back() = bound_of_ends(plan, starts[i], ends[i]);
+        if (plan.scene->straight && has_visible_end(ends[i]))
+            bounds.back() = start_and_end_bound(plan, starts[i], ends[i]);
         else if (has_visible_end(ends[i])) {
             batch.starts.push_back(starts[i]);
             indices.push_back(i);

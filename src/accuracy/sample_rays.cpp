@@ -8,8 +8,8 @@
 namespace kagero {
 namespace {
 
-/// Angle between a ray and its neighbours, radians: small compared with the structures of a picture, and large compared
-/// with the error of a reference ray (1e-13).
+/// Angle between a ray and its neighbours in radians. It is small compared with the details of a picture, and large
+/// compared with the error of a reference ray (1e-13).
 constexpr double neighbour_offset_angle = 1e-7;
 
 /// Returns the Morton code of a grid point. An aligned run of 2^n codes is a compact block of the grid.

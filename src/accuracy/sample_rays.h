@@ -1,4 +1,4 @@
-/// Camera rays on a coarse grid of film pixels, on which a study measures errors.
+/// Sample rays: camera rays through a coarse grid of film pixels, on which errors are measured.
 #pragma once
 
 #include "plan/plan.h"
@@ -9,11 +9,12 @@ namespace kagero {
 struct SampleRays {
     std::uint32_t width = 0, height = 0;  ///< Size of the grid, at most the size of the film.
     std::vector<RayStart> starts;
-    std::vector<std::array<double, 2>> pixels;  ///< Film position of each ray, in pixels.
-    /// Neighbours of the rays, turned by `neighbour_angle` to the right and downward. They give the conditioning.
+    std::vector<std::array<double, 2>> pixels;  ///< Point (x, y) of each ray on the film, in pixels.
+    /// Two neighbours of each ray, turned by `neighbour_angle` to the right and downward. The conditioning of the ray
+    /// is measured with them.
     std::vector<RayStart> right, below;
-    double neighbour_angle = 0;  ///< Angle to the neighbours in radians; for an orthographic camera a length.
-    double pixel_angle = 0;      ///< Size of a film pixel at the centre of the picture, in the same unit.
+    double neighbour_angle = 0;  ///< Angle to the neighbours in radians; for an orthographic camera, a distance.
+    double pixel_angle = 0;  ///< Size of a film pixel at the centre of the picture, in the unit of `neighbour_angle`.
 };
 
 /// Returns the centres of film pixels on a grid of at most width × height, in pixels. Rays that are close in the list

@@ -1,4 +1,4 @@
-/// Selection of the methods and steps that a study of error measures.
+/// Selection of the methods and steps whose errors are measured.
 #pragma once
 
 #include "plan/variant.h"
@@ -9,40 +9,40 @@ namespace kagero {
 
 /// The step ladder of one method.
 struct Ladder {
-    Variant variant;                ///< Method and kernel; the step is not set.
+    Variant variant;                ///< Method and kernel. Variant::step is not used.
     std::vector<double> steps;      ///< Steps, or tolerances of an adaptive method, the coarsest first.
-    std::size_t min_steps = 5;      ///< Number of steps that are measured even if rounding limits the error.
+    std::size_t min_steps = 5;      ///< Number of steps that are measured before rounding or work may end the ladder.
     bool is_scene_method = false;   ///< True if this is the method of the scene.
     bool has_loose_solver = false;  ///< See StudyCurve::has_loose_solver.
 };
 
 /// Options that select the ladders.
 struct LadderChoice {
-    /// Select only the scene's method and the representative methods, the latter in double only.
+    /// True: only the scene's method and the representative methods are selected, the latter in double only.
     bool quick = false;
-    /// Select every method with the strategy `scalar` too. Otherwise only the scene's method is selected with `scalar`.
+    /// True: every method is selected with the strategy `scalar` too. False: only the scene's method is.
     bool full = false;
     std::optional<Strategy> strategy;    ///< Empty: `packet` and `scalar`.
     std::optional<Precision> precision;  ///< Empty: both precisions.
-    /// True if the cheapest step within an error bound is searched. Float is then selected for all methods even if
-    /// `quick` is set.
+    /// True if the cheapest step within an error bound is searched. Float is then selected for the representative
+    /// methods too, and ladders begin at the space's default step, not at a step that the scene states.
     bool seeks_cheapest = false;
 };
 
-/// Returns the ladders in the order of measurement. Packets in double come first, then implicit methods with a loose
-/// solver tolerance, then float, then the strategy `scalar`. Methods that do not support the space are appended to
-/// `refused`.
+/// Returns the ladders in the order of measurement: the strategy `packet` in double, implicit methods with a loose
+/// solver tolerance, `packet` in float, and the strategy `scalar`. Appends the names of methods that do not support the
+/// space to `refused`.
 std::vector<Ladder> choose_ladders(const Plan& plan, const LadderChoice& choice, std::vector<std::string>& refused);
 
 /// Order and error floor of a measured ladder.
-struct Slope {
-    /// Measured order. Empty if fewer than two errors lie between the floor and the size of the scene.
+struct LadderFit {
+    /// Measured order: slope of log error over log step. Empty if fewer than two errors are suitable for the fit.
     std::optional<double> order;
     std::optional<double> floor;  ///< Smallest error, scene units. Empty if no ray could be compared.
 };
-/// Fits order and floor to a ladder. `errors` are in scene units, the coarsest step first; an error is NaN if no ray
-/// could be compared at that step.
-Slope slope_of(const std::vector<double>& steps, const std::vector<double>& errors, double stated_order,
-               double scene_size);
+/// Returns order and floor of a ladder. `errors` are in scene units, the coarsest step first; an error is NaN if no ray
+/// could be compared at that step. `nominal_order` is the order of the method in the literature.
+LadderFit fit_ladder(const std::vector<double>& steps, const std::vector<double>& errors, double nominal_order,
+                     double scene_size);
 
 }  // namespace kagero

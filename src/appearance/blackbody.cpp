@@ -8,8 +8,8 @@ namespace {
 
 /// Returns the value of a Gaussian bell with different widths below and above its middle; wavelengths are in
 /// nanometres.
-double lobe(double wavelength, double height, double middle, double below, double above) {
-    const double t = (wavelength - middle) / (wavelength < middle ? below : above);
+double lobe(double wavelength, double height, double middle, double width_below, double width_above) {
+    const double t = (wavelength - middle) / (wavelength < middle ? width_below : width_above);
     return height * std::exp(-0.5 * t * t);
 }
 
@@ -21,13 +21,13 @@ std::array<double, 3> color_matching(double l) {
             lobe(l, 1.217, 437.0, 11.8, 36.0) + lobe(l, 0.681, 459.0, 26.0, 13.8)};
 }
 
-/// Nodes and weights of the integral over the spectrum, a trapezoidal sum over 1/λ. The integrand vanishes at both
-/// ends. The nodes are equidistant in 1/λ, so a recurrence gives Planck's exponentials, four at a time. Compared with
-/// finer steps, the relative error is 1e-4.
+/// Nodes and weights of the integral over the spectrum: a trapezoidal sum over 1/λ, with the wavelength λ. The
+/// integrand is negligible at both ends. The nodes are equidistant in 1/λ, so a recurrence gives Planck's exponentials
+/// at groups of four nodes. The relative error, compared with a sum with more nodes, is 1e-4.
 struct Spectrum {
     static constexpr std::size_t nodes = 64, group = 4;
     static constexpr double first = 1.0 / 830, step = (1.0 / 360 - first) / (nodes - 1);  ///< Values of 1/λ, in 1/nm.
-    std::array<std::array<double, nodes>, 3> weights;  ///< For X, Y and Z; Planck's exponential is applied separately.
+    std::array<std::array<double, nodes>, 3> weights;  ///< For X, Y and Z; they do not contain Planck's exponential.
 
     Spectrum() {
         for (std::size_t i = 0; i < nodes; ++i) {
@@ -39,8 +39,8 @@ struct Spectrum {
     }
 };
 
-/// Returns X, Y and Z. The recurrence of m(x) = e^x − 1 is m(x + d) = m(x) + m(d) (m(x) + 1). The constant hc/k is
-/// 1.438776877e7 nm K (CODATA 2018).
+/// Returns X, Y and Z of a black body. The recurrence of m(x) = e^x − 1 is m(x + d) = m(x) + m(d) (m(x) + 1). The
+/// constant hc/k is 1.438776877e7 nm K (CODATA 2018).
 std::array<double, 3> tristimulus(double kelvin) {
     static const Spectrum spectrum;
     const double exponent = 1.438776877e7 / kelvin, m_step = std::expm1(exponent * (Spectrum::group * Spectrum::step));
@@ -50,8 +50,8 @@ std::array<double, 3> tristimulus(double kelvin) {
     std::array<std::array<double, Spectrum::group>, 3> sums{};
     for (std::size_t i = 0; i < Spectrum::nodes; i += m.size())
         for (std::size_t k = 0; k < m.size(); ++k) {
-            const double light = 1 / m[k];
-            for (std::size_t c = 0; c < 3; ++c) sums[c][k] += light * spectrum.weights[c][i + k];
+            const double planck = 1 / m[k];
+            for (std::size_t c = 0; c < 3; ++c) sums[c][k] += planck * spectrum.weights[c][i + k];
             m[k] += m_step * (m[k] + 1);
         }
     std::array<double, 3> xyz;

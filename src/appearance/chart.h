@@ -1,5 +1,5 @@
-/// Texture coordinates u and v on surfaces, with their gradients. The gradients give the part of a texture that a small
-/// patch of the surface covers.
+/// Charts: maps from points on a surface to texture coordinates u and v, with gradients. The gradients give the part of
+/// a texture that a small patch of the surface covers.
 #pragma once
 
 #include "appearance/patch.h"
@@ -19,16 +19,16 @@ struct ChartPoint {
     Double3 u_gradient{}, v_gradient{};
 };
 
-/// Linear map from the points of a triangle to u and v: their values at one corner, and their gradients. gradient[k]
-/// contains the derivatives of u and of v along axis k. u and v are adjacent in memory for speed, since most pixels of
-/// a picture may use this map.
+/// Linear map from the points of a triangle to u and v, given by the values at one corner and the gradients.
+/// gradient[k] contains the derivatives of u and v along axis k. The derivatives of u and v along an axis are adjacent
+/// in memory, so that loops over u and v can be vectorized.
 struct TriangleChart {
-    Double3 corner{};
-    std::array<double, 2> at_corner{};
+    Double3 corner{};                     ///< Position of the corner.
+    std::array<double, 2> uv_at_corner{};
     std::array<std::array<double, 2>, 3> gradient{};
 };
 
-/// Returns one map per triangle; none if the mesh has no u and v.
+/// Returns one chart per triangle; none if the mesh has no u and v.
 std::vector<TriangleChart> charts_of(const TriangleMesh& mesh);
 
 /// Returns the differences of u and v over a displacement.
@@ -42,7 +42,7 @@ inline std::array<double, 2> uv_difference(const TriangleChart& chart, const Dou
 /// Returns u and v of a point on the triangle.
 inline std::array<double, 2> triangle_uv(const TriangleChart& chart, const Double3& point) {
     std::array<double, 2> uv = uv_difference(chart, subtract(point, chart.corner));
-    for (std::size_t k = 0; k < 2; ++k) uv[k] += chart.at_corner[k];
+    for (std::size_t k = 0; k < 2; ++k) uv[k] += chart.uv_at_corner[k];
     return uv;
 }
 
@@ -51,11 +51,11 @@ inline std::array<double, 2> triangle_uv(const TriangleChart& chart, const Doubl
 ChartPoint sphere_uv(const Double3& from_center);
 
 /// Returns u and v of a point on a disk; `from_center` is its position relative to the centre. u is the angle around
-/// the normal as a fraction of a turn, 0 at +x made orthogonal to the normal. v increases from 0 at the inner edge to 1
-/// at the outer edge.
+/// the normal as a fraction of a turn; its zero is the direction of axes_around(normal)[0]. v increases from 0 at the
+/// inner edge to 1 at the outer edge.
 ChartPoint disk_uv(const Double3& normal, double inner, double outer, const Double3& from_center);
 
-/// Unit axes of a sky. The zero meridian is that of the direction +x.
+/// Unit axes of a sky. The zero meridian contains the direction +x, unless +x is a pole.
 struct SkyAxes {
     Double3 up;    ///< Pole.
     Double3 zero;  ///< Point of the equator on the zero meridian.
@@ -68,7 +68,7 @@ struct SkyAxes {
 /// to the left. Gradients are per radian.
 ChartPoint sky_uv(const Double3& direction, const SkyAxes& axes);
 
-/// Returns the sides of a patch in u and v.
+/// Converts the sides of a patch to differences of u and v.
 inline UvPatch to_uv(const TriangleChart& chart, const Patch& patch) {
     return {uv_difference(chart, patch.right), uv_difference(chart, patch.below)};
 }

@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-/// Covariance matrix of pairs of numbers.
+/// Covariance matrix of pairs (x, y).
 struct Covariance {
     double xx = 0, xy = 0, yy = 0;
 
@@ -31,27 +31,28 @@ struct Covariance {
 /// positions with a standard deviation of one pixel along both axes.
 struct SpreadPerPixel {
     double xx = 0, xy = 0, yy = 0;
-    bool along_a_line = false;  ///< True if the film positions lie on a line, so that the spread across it is unknown.
+    bool along_a_line = false;  ///< True if the film positions lie on a line: the spread across the line is unknown.
 
     SpreadPerPixel(const std::vector<std::array<double, 2>>& pairs,
                    const std::vector<std::array<double, 2>>& positions) {
-        const Covariance p(positions);
-        const double spread = 0.5 * (p.xx + p.yy), area = p.xx * p.yy - p.xy * p.xy;
+        const Covariance p(positions), c(pairs);
+        const double spread = 0.5 * (p.xx + p.yy), determinant = p.xx * p.yy - p.xy * p.xy;
         if (!(spread > 0)) return;
-        const Covariance all(pairs);
-        // The positions are isotropic, such as the centres of a block's pixels.
+        // If the covariance matrix of the positions is isotropic, like that of the pixel centres of a block, the matrix
+        // of the pairs is divided by the variance of the positions.
         if (std::abs(p.xx - p.yy) + std::abs(p.xy) < 1e-9 * spread) {
-            xx = all.xx / spread;
-            xy = all.xy / spread;
-            yy = all.yy / spread;
+            xx = c.xx / spread;
+            xy = c.xy / spread;
+            yy = c.yy / spread;
             return;
         }
-        // Otherwise, the least-squares linear map gives the covariance for one pixel, and the residual covariance is
-        // added. At a focus, the residual is all of the covariance.
-        along_a_line = area <= 1e-6 * spread * spread;
+        // Otherwise, the matrix is that of the least-squares linear map from positions to pairs, plus the covariance of
+        // the residuals divided by the variance of the positions. At a focus the linear map vanishes.
+        along_a_line = determinant <= 1e-6 * spread * spread;
         std::vector<Double3> points;
         for (const auto& [x, y] : pairs) points.push_back({x, y, 0});
         const Patch m = fit_patch(points, positions);
+        // Element (i, k) of the covariance matrix of the mapped positions.
         const auto mapped = [&](std::size_t i, std::size_t k) {
             return p.xx * m.right[i] * m.right[k] + p.xy * (m.right[i] * m.below[k] + m.below[i] * m.right[k]) +
                    p.yy * m.below[i] * m.below[k];
@@ -59,9 +60,9 @@ struct SpreadPerPixel {
         const auto per_pixel = [&](std::size_t i, std::size_t k, double total) {
             return m.right[i] * m.right[k] + m.below[i] * m.below[k] + (total - mapped(i, k)) / spread;
         };
-        xx = per_pixel(0, 0, all.xx);
-        xy = per_pixel(0, 1, all.xy);
-        yy = per_pixel(1, 1, all.yy);
+        xx = per_pixel(0, 0, c.xx);
+        xy = per_pixel(0, 1, c.xy);
+        yy = per_pixel(1, 1, c.yy);
     }
 };
 
@@ -85,7 +86,7 @@ Footprint fit_footprint(const std::vector<Double3>& directions, const std::vecto
     Double3 middle{};
     for (const Double3& d : directions) middle = add(middle, d);
     if (length(middle) == 0) middle = directions.front();
-    const auto [e1, e2] = meridians(middle);
+    const auto [e1, e2] = axes_around(middle);
     std::vector<std::array<double, 2>> projected;
     for (const Double3& d : directions) projected.push_back({dot(d, e1), dot(d, e2)});
     const SpreadPerPixel c(projected, positions);
@@ -101,23 +102,25 @@ Footprint fit_footprint(const std::vector<Double3>& directions, const std::vecto
 }
 
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
-    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));  // of a ray's part of a pixel, in pixels
+    // Edge of the part of a pixel that one ray covers, in pixels.
+    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
-    bool captured = false, reached[2] = {false, false};
+    bool captured = false, reached[2] = {false, false};  // index of `reached`: on_second_sheet
     for (const PixelSample& ray : block.rays) {
         captured = captured || ray.end->status == Status::captured;
-        if (ray.end->status == Status::escaped) reached[ray.sky.far] = true;
+        if (ray.end->status == Status::escaped) reached[ray.sky.on_second_sheet] = true;
     }
     footprints.discontinuous = captured || (reached[false] && reached[true]);
-    for (const bool far : {false, true}) {
+    for (const bool on_second_sheet : {false, true}) {
         block.group_points.clear();
         block.group_positions.clear();
         for (std::size_t i = 0; i < block.rays.size(); ++i) {
-            if (block.rays[i].end->status != Status::escaped || block.rays[i].sky.far != far) continue;
+            if (block.rays[i].end->status != Status::escaped || block.rays[i].sky.on_second_sheet != on_second_sheet)
+                continue;
             block.group_points.push_back(block.rays[i].sky.direction);
             block.group_positions.push_back(block.film_positions[i]);
         }
-        Footprint& f = far ? footprints.far : footprints.near;
+        Footprint& f = on_second_sheet ? footprints.second_sheet : footprints.first_sheet;
         f = fit_footprint(block.group_points, block.group_positions);
         f = {scaled(f.major, ray_size), scaled(f.minor, ray_size)};
     }
@@ -126,9 +129,10 @@ SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
 
 Patch fit_patch(const std::vector<Double3>& points, const std::vector<std::array<double, 2>>& positions) {
     const Covariance p(positions);
-    const double spread = p.xx + p.yy, area = p.xx * p.yy - p.xy * p.xy, n = static_cast<double>(positions.size());
-    if (!(spread > 0)) return {};
-    Double3 middle{}, with_x{}, with_y{};  // with_x, with_y: covariances with film positions
+    const double trace = p.xx + p.yy, determinant = p.xx * p.yy - p.xy * p.xy,
+                 n = static_cast<double>(positions.size());
+    if (!(trace > 0)) return {};
+    Double3 middle{}, with_x{}, with_y{};  // with_x, with_y: covariances of the points with the film positions
     for (const Double3& point : points) middle = add(middle, scaled(point, 1 / n));
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Double3 offset = scaled(subtract(points[i], middle), 1 / n);
@@ -137,13 +141,13 @@ Patch fit_patch(const std::vector<Double3>& points, const std::vector<std::array
     }
     // Multiplies by the inverse of the covariance matrix of the positions, or by its pseudo-inverse if they lie on a
     // line.
-    if (area <= 1e-6 * spread * spread) {
-        const double s = 1 / (spread * spread);
+    if (determinant <= 1e-6 * trace * trace) {
+        const double s = 1 / (trace * trace);
         return {add(scaled(with_x, p.xx * s), scaled(with_y, p.xy * s)),
                 add(scaled(with_x, p.xy * s), scaled(with_y, p.yy * s))};
     }
-    return {add(scaled(with_x, p.yy / area), scaled(with_y, -p.xy / area)),
-            add(scaled(with_x, -p.xy / area), scaled(with_y, p.xx / area))};
+    return {add(scaled(with_x, p.yy / determinant), scaled(with_y, -p.xy / determinant)),
+            add(scaled(with_x, -p.xy / determinant), scaled(with_y, p.xx / determinant))};
 }
 
 bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp) {
@@ -153,20 +157,22 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
     if (end.status != Status::hit || !hit_same_face(geometry, end, *rays[1].end) ||
         !hit_same_face(geometry, end, *rays[2].end) || !hit_same_face(geometry, end, *rays[3].end))
         return false;
-    const Double3 down = subtract(point_of(rays[3]), point_of(rays[0])),
-                  up = subtract(point_of(rays[1]), point_of(rays[2]));
-    const Patch patch{scaled(add(down, up), 0.5), scaled(subtract(down, up), 0.5)};
+    // Diagonals of the block: from its upper left to its lower right pixel, and from its lower left to its upper right.
+    const Double3 falling = subtract(point_of(rays[3]), point_of(rays[0])),
+                  rising = subtract(point_of(rays[1]), point_of(rays[2]));
+    const Patch patch{scaled(add(falling, rising), 0.5), scaled(subtract(falling, rising), 0.5)};
     for (PixelSample& ray : rays) ray.patch = patch;
     return true;
 }
 
 void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp) {
-    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));  // of a ray's part of a pixel, in pixels
+    // Edge of the part of a pixel that one ray covers, in pixels.
+    const double ray_size = 1 / std::sqrt(static_cast<double>(spp));
     std::vector<PixelSample>& rays = block.rays;
     block.has_patch.assign(rays.size(), false);
-    for (std::size_t first = 0; first < rays.size(); ++first) {
-        const RayEnd& end = *rays[first].end;
-        if (end.status != Status::hit || block.has_patch[first]) continue;
+    for (std::size_t ray = 0; ray < rays.size(); ++ray) {
+        const RayEnd& end = *rays[ray].end;
+        if (end.status != Status::hit || block.has_patch[ray]) continue;
         block.group.clear();
         block.group_points.clear();
         block.group_positions.clear();
@@ -176,10 +182,10 @@ void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_
                 block.group_points.push_back(point_of(rays[i]));
                 block.group_positions.push_back(block.film_positions[i]);
             }
-        const Patch slope = fit_patch(block.group_points, block.group_positions);
-        const Patch patch{scaled(slope.right, ray_size), scaled(slope.below, ray_size)};
+        const Patch pixel_patch = fit_patch(block.group_points, block.group_positions);
+        const Patch patch{scaled(pixel_patch.right, ray_size), scaled(pixel_patch.below, ray_size)};
         for (const std::size_t i : block.group)
-            if (!block.has_patch[i]) {  // on a mesh, a ray may belong to two groups; the first one counts
+            if (!block.has_patch[i]) {  // on a mesh, a ray may be in two groups; it keeps its first patch
                 rays[i].patch = patch;
                 block.has_patch[i] = true;
             }

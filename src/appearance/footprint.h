@@ -8,8 +8,10 @@ namespace kagero {
 
 /// Footprints of the rays of a block. All rays of the block that escape to the same sky have the same footprint.
 struct SkyFootprints {
-    Footprint near, far;         ///< On the sky, and on the sky of a wormhole's second sheet.
-    bool discontinuous = false;  ///< True if a ray of the block is captured, or if rays of the block reach both skies.
+    Footprint first_sheet;   ///< Footprint on the sky of the space, [sky].
+    Footprint second_sheet;  ///< Footprint on the sky of a wormhole's second sheet, [sky.far].
+    /// True if a ray of the block is captured, or if rays of the block reach both skies.
+    bool discontinuous = false;
 };
 
 /// Rays of a block of 2 × 2 pixels, with the buffers that are used to find their footprints and patches. The rays of
@@ -19,24 +21,24 @@ struct PixelBlock {
     std::vector<CameraRay> starts;                       ///< The elements to which `PixelSample::ray` points.
     std::vector<std::array<double, 2>> film_positions;   ///< Positions of the rays on the picture, in pixels.
     std::vector<bool> has_patch;                         ///< True for the rays whose patch has been found.
-    std::vector<std::size_t> group;                      ///< Indices of the rays that hit one face.
-    std::vector<Double3> group_points;                   ///< End points, or sky directions, of one group of rays.
-    std::vector<std::array<double, 2>> group_positions;  ///< Film positions of that group.
+    std::vector<std::size_t> group;                      ///< Indices of rays that hit the same face.
+    std::vector<Double3> group_points;                   ///< End points or sky directions of the group.
+    std::vector<std::array<double, 2>> group_positions;  ///< Film positions of the group.
 };
 
 /// Returns the footprints of the block's rays. The spread of the directions of all rays that escape to the same sky is
 /// scaled from the spread of their film positions to the size of a pixel. The area is then divided among the `spp` rays
-/// of the pixel. A footprint is zero if fewer than two rays of the block escape to that sky. Blocks are aligned with
-/// the film, and not with tiles or crops, so the result does not depend on these.
+/// of the pixel. A footprint is zero if fewer than two rays of the block escape to its sky. Blocks are aligned with the
+/// film, not with tiles or crops, so the result depends on neither.
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp);
 
-/// Finds the patches of a complete block with one ray per pixel whose rays all hit the same face. The patches equal
-/// those of find_patches, but fewer operations and no film positions are needed. Returns false for other blocks and
-/// leaves them unchanged.
+/// Finds the patches of a block of four pixels with one ray per pixel (`spp` = 1) whose rays all hit the same face. The
+/// patches equal those of find_patches, but fewer operations and no film positions are needed. Returns false for other
+/// blocks and leaves them unchanged.
 bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
 /// Finds the patches of the block's rays. For all rays that hit the same face of the same object, it fits a linear map
-/// from film positions to end points. If the film positions lie on one line, the map is known only along this line. A
+/// from film positions to end points. If the film positions lie on a line, displacements across the line map to zero. A
 /// single ray has a zero patch.
 void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 

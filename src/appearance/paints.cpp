@@ -8,7 +8,8 @@
 namespace kagero {
 namespace {
 
-/// Images and their coarser copies by path, so that each file is read once. No file is read unless `enabled` is true.
+/// Cache of images and of their coarser copies, by path, so that each file is read only once. No file is read unless
+/// `enabled` is true.
 struct Images {
     bool enabled;
     std::map<std::string, std::shared_ptr<const Image>> full;
@@ -40,7 +41,7 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
         shaded.inner = object.inner;
         shaded.outer = object.outer;
         shaded.temperature = object.temperature;
-        if (object.temperature > 0) shaded.brightness = 1 / blackbody_luminance(object.temperature);
+        if (object.temperature > 0) shaded.inverse_luminance = 1 / blackbody_luminance(object.temperature);
     }
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
     const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
@@ -63,17 +64,17 @@ Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, boo
 }
 
 Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                             const Double3& toward, double redshift, const Patch& patch) const {
-    return object_color(objects_[surface], primitive, point, toward, redshift, patch);
+                             const Double3& ray_direction, double redshift, const Patch& patch) const {
+    return object_color(objects_[surface], primitive, point, ray_direction, redshift, patch);
 }
 
-Float3 Paints::sky_color(const Double3& direction, bool far, const Footprint& footprint) const {
-    const LoadedSky& sky = far ? far_sky_ : sky_;
+Float3 Paints::sky_color(const Double3& direction, bool on_second_sheet, const Footprint& footprint) const {
+    const LoadedSky& sky = on_second_sheet ? far_sky_ : sky_;
     return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
 }
 
-int Paints::sky_probes(bool far, const Footprint& footprint) const {
-    const LoadedPaint& paint = (far ? far_sky_ : sky_).paint;
+int Paints::sky_probes(bool on_second_sheet, const Footprint& footprint) const {
+    const LoadedPaint& paint = (on_second_sheet ? far_sky_ : sky_).paint;
     return paint.image ? kagero::sky_probes(*paint.image, footprint) : 0;
 }
 

@@ -11,23 +11,23 @@ struct LoadedSky {
     SkyAxes axes{{0, 0, 1}};
 };
 
-/// Owns the textures of a scene. Immutable after construction, so any number of threads may shade at once.
+/// Owns the textures of a scene. Immutable after construction, so any number of threads may use it concurrently.
 class Paints {
 public:
-    /// Loads the images of the textures if `with_images` is true; ray lists have no colours and need no images. Keeps
-    /// pointers into the geometry, which must outlive this object. Throws InputError if an image cannot be read.
+    /// Loads the images of the textures if `with_images` is true. Colours of textures are available only then. Keeps
+    /// pointers into `geometry`, which must outlive this object. Throws InputError if an image cannot be read.
     Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images);
 
-    /// Returns the linear colour of a surface at a point relative to `space.center`. `toward` is the unit direction of
-    /// the ray at its end, which points away from the camera. `redshift` is the observed frequency divided by the
+    /// Returns the linear colour of a surface at a point relative to `space.center`. `ray_direction` is the unit
+    /// direction of the ray at its end, traced from the camera. `redshift` is the observed frequency divided by the
     /// emitted one; it affects only disks. Images and checkers are averaged over the patch.
-    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point, const Double3& toward,
-                         double redshift = 1, const Patch& patch = {}) const;
-    /// Returns the linear colour of the sky in a unit direction. If `far` is true, the sky is that of a wormhole's
-    /// second sheet. Images and checkers are averaged over the footprint.
-    Float3 sky_color(const Double3& direction, bool far = false, const Footprint& footprint = {}) const;
+    Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
+                         const Double3& ray_direction, double redshift = 1, const Patch& patch = {}) const;
+    /// Returns the linear colour of the sky in a unit direction. If `on_second_sheet` is true, the sky is that of a
+    /// wormhole's second sheet. Images and checkers are averaged over the footprint.
+    Float3 sky_color(const Double3& direction, bool on_second_sheet = false, const Footprint& footprint = {}) const;
     /// Returns the number of probes in sky_color for a footprint; 0 if the sky has no image.
-    int sky_probes(bool far, const Footprint& footprint) const;
+    int sky_probes(bool on_second_sheet, const Footprint& footprint) const;
     /// Returns true if a sky has an image or a checker, so that footprints affect its colour.
     bool sky_has_pattern() const;
     /// Returns true if a surface has an image or a checker, so that patches affect its colour.
@@ -35,7 +35,7 @@ public:
 
 private:
     LoadedSky sky_, far_sky_;
-    std::vector<ShadedObject> objects_;  ///< In the order of the surfaces.
+    std::vector<ShadedObject> objects_;  ///< One per surface, in the same order.
 };
 
 }  // namespace kagero

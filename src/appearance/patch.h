@@ -10,7 +10,7 @@ using Float3 = std::array<float, 3>;
 
 /// Small ellipse of directions on the sky that a ray or a pixel covers.
 struct Footprint {
-    Double3 major{}, minor{};  ///< The two perpendicular axes; their lengths are those of the full axes, in radians.
+    Double3 major{}, minor{};  ///< The two axes, as perpendicular vectors. Their lengths are the diameters, in radians.
 };
 
 /// Parallelogram on a surface that a ray covers, in scene lengths. Its sides are the displacements of the ray's end if

@@ -6,8 +6,8 @@
 
 namespace kagero {
 
-/// Start of a camera ray, and the frequency of its light in the rest frame of the camera's observer. The frequency is
-/// p · u, with the momentum p of `start` and the 4-velocity u of the observer.
+/// Start of a camera ray, and the frequency of its light in the rest frame of the camera's observer. The frequency is p
+/// · u, with the momentum p of `start` and the 4-velocity u of the observer.
 struct CameraRay {
     RayStart start;
     double frequency;
@@ -15,8 +15,8 @@ struct CameraRay {
 
 /// Estimated errors of a ray end, in pixels of the film; NaN if unknown.
 struct EndError {
-    double position = 0;  ///< Error caused by method, step and precision.
-    double rounding = 0;  ///< Bound on the error caused by precision alone.
+    double position = 0;  ///< Error caused by method, step and precision together.
+    double rounding = 0;  ///< Bound on the part of this error that rounding causes.
 };
 
 /// One ray of a pixel.

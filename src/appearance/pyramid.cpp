@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-constexpr double max_probes = 16;
+constexpr double max_probes = 16;  ///< Maximum number of probes per colour.
 
 /// Adds `weight` times the `count` values at `from` to the values at `to`.
 void accumulate(float* to, const float* from, double weight, std::size_t count) {
@@ -16,7 +16,7 @@ void accumulate(float* to, const float* from, double weight, std::size_t count) 
 }
 
 /// Divides an interval into n source cells and into m ≤ n target cells, and calls visit(source, target, overlap) for
-/// every overlapping pair. The overlap is in source cells.
+/// every overlapping pair. The length of the overlap is in source cells.
 template <class Visit>
 void for_overlaps(int n, int m, const Visit& visit) {
     const double ratio = static_cast<double>(n) / m;
@@ -31,7 +31,7 @@ void for_overlaps(int n, int m, const Visit& visit) {
 Image with_columns(const Image& image, int width) {
     Image result{width, image.height,
                  std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
-    const double weight = static_cast<double>(width) / image.width;  // of a source column in a target column
+    const double weight = static_cast<double>(width) / image.width;  // weight of one source column in a target column
     for (int y = 0; y < image.height; ++y) {
         const float* from = &image.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width)];
         float* to = &result.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
@@ -70,9 +70,9 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
     const auto color_at = [&, u = u, v = v](std::size_t i) {
         return texture_color(i ? coarser[i - 1] : image, u, v, edges);
     };
-    const double last = static_cast<double>(coarser.size());
-    if (!(level > 0)) return color_at(0);  // also if it is NaN
-    if (level >= last) return color_at(coarser.size());
+    const double last_level = static_cast<double>(coarser.size());
+    if (!(level > 0)) return color_at(0);  // also if `level` is NaN
+    if (level >= last_level) return color_at(coarser.size());
     const auto fine = static_cast<std::size_t>(level);
     const auto weight = static_cast<float>(level - static_cast<double>(fine));
     Float3 color = color_at(fine);
@@ -81,7 +81,8 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
     return color;
 }
 
-/// A stripe over which an image is averaged. The width is at least one texel and 1/max_probes of the length.
+/// A stripe over which an image is averaged by probes along its axis. The constructor increases the width to at least
+/// one texel and at least 1/max_probes of the length.
 struct Stripe {
     double along, across;  ///< Length and width in texels.
 
@@ -89,7 +90,7 @@ struct Stripe {
     int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
 };
 
-/// Returns the stripe for a length and a width in radians. A texel counts as long as its shorter side on the equator.
+/// Returns the stripe for a length and a width in radians. The unit is the shorter side of a texel on the equator.
 /// Texels near the poles are narrower along the rows, but the image resolves no finer detail there.
 Stripe stripe_on_sphere(const Image& image, double along, double across) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
@@ -136,11 +137,12 @@ Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarse
                             const Double3& right, const Double3& below) {
     const double inverse = 1 / length(from_center);
     const Double3 outward = scaled(from_center, inverse);
-    const auto [e1, e2] = meridians(outward);
+    const auto [e1, e2] = axes_around(outward);
     const PrincipalAxes axes = principal_axes(
         {{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
     const Double3 major = add(scaled(e1, axes.major[0]), scaled(e2, axes.major[1]));
-    return mean_along(image, coarser, stripe_on_sphere(image, axes.along, axes.across), repeat_along_u, [&](double t) {
+    const Stripe stripe = stripe_on_sphere(image, axes.major_length, axes.minor_length);
+    return mean_along(image, coarser, stripe, repeat_along_u, [&](double t) {
         const ChartPoint point = sphere_uv(t == 0 ? outward : add(outward, scaled(major, t)));
         return std::array{point.u, point.v};
     });
@@ -155,7 +157,7 @@ Float3 surface_texture_color(const Image& image, const std::vector<Image>& coars
     const double columns = image.width, rows = image.height;
     const PrincipalAxes axes =
         principal_axes({{patch.a[0] * columns, patch.a[1] * rows}, {patch.b[0] * columns, patch.b[1] * rows}});
-    return mean_along(image, coarser, {axes.along, axes.across}, edges, [&](double t) {
+    return mean_along(image, coarser, {axes.major_length, axes.minor_length}, edges, [&](double t) {
         return std::array<double, 2>{u + t * axes.major[0] / columns, v + t * axes.major[1] / rows};
     });
 }

@@ -1,4 +1,4 @@
-/// Averages of images over the footprints and patches of rays, from copies of decreasing resolution (mipmaps).
+/// Mean colours of images over the footprints and patches of rays, from copies of decreasing resolution (mipmaps).
 #pragma once
 
 #include "film/image.h"
@@ -6,7 +6,7 @@
 
 namespace kagero {
 
-/// Surface that an image covers: a plane, or a sphere in equirectangular projection.
+/// Mapping of an image to a plane, or to a sphere by equirectangular projection.
 enum class Mapping { plane, sphere };
 
 /// Returns copies of an image with decreasing resolution. Each copy has half the rows and columns of the previous one,
@@ -15,9 +15,9 @@ enum class Mapping { plane, sphere };
 std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping::sphere);
 
 /// Returns the image's mean colour over a footprint around a direction. The mean is that of up to 16 probes along the
-/// footprint's long axis. A probe interpolates trilinearly in the two copies whose texels are closest in size to the
-/// short axis (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a
-/// texel, the result is the bilinear interpolation of the image.
+/// footprint's long axis. A probe interpolates trilinearly between the two copies whose texels are closest in size to
+/// the short axis (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a texel, the result is the bilinear
+/// interpolation of the image.
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const Footprint& footprint);
 

@@ -8,7 +8,7 @@
 namespace kagero {
 namespace {
 
-/// Returns g for a ray that ends on a disk. Not inlined, because most rays end elsewhere.
+/// Returns g for a ray that ends on a disk (see redshift_of). Not inlined, because most rays end elsewhere.
 [[gnu::noinline]] double redshift_of_disk(const Space& space, const PixelSample& ray, const ObjectDescription& disk) {
     const RayEnd& end = *ray.end;
     const double emitted = space.frequency(end, orbit_velocity(space, disk.normal, {end.q[0], end.q[1], end.q[2]}));
@@ -21,10 +21,10 @@ Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3&
     const Hole hole = space.hole();
     if (hole.mass == 0) return {0, 0, 0};
     const Double3 axis = unit(normal);
-    // In the equatorial plane, |q|² = r² + a².
-    const double radius2 = std::max(0.0, dot(q, q) - hole.spin * hole.spin);
-    const double root = std::sqrt(hole.mass), spin = axis[2] < 0 ? -hole.spin : hole.spin;
-    return scaled(cross(axis, q), root / (std::pow(radius2, 0.75) + spin * root));
+    // In the equatorial plane, |q|² = r² + a², with the Boyer-Lindquist radius r.
+    const double radius_squared = std::max(0.0, dot(q, q) - hole.spin * hole.spin);
+    const double root_mass = std::sqrt(hole.mass), spin = axis[2] < 0 ? -hole.spin : hole.spin;
+    return scaled(cross(axis, q), root_mass / (std::pow(radius_squared, 0.75) + spin * root_mass));
 }
 
 double redshift_of(const Space& space, bool spacetime, const std::vector<ObjectDescription>& objects,

@@ -9,7 +9,7 @@ namespace kagero {
 
 namespace {
 
-/// A point on a surface and the sides of the patch around it, in texture coordinates.
+/// Texture coordinates of a point on a surface, and the sides of the patch around the point in these coordinates.
 struct PaintedPatch {
     double u = 0, v = 0;
     UvPatch sides;
@@ -38,7 +38,8 @@ Float3 plain_color(const Paint& paint) {
 }
 
 /// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
-/// periodic. The u and v of a mesh may repeat an image. On a rectangle or on a face, an image ends at the edges.
+/// periodic. The u and v of a mesh may repeat an image. On a rectangle or a face of a box, the texels at the edges are
+/// continued.
 Edges edges_on(Shape shape) {
     if (shape == Shape::mesh) return repeat_both;
     return shape == Shape::sphere || shape == Shape::disk ? repeat_along_u : clamp_both;
@@ -57,36 +58,37 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
                                  edges_on(object.geometry->shape));
 }
 
-/// Returns the colour of a disk of black bodies. Its temperature is T ∝ r^(−3/4), which holds far from the inner edge
-/// of a disk that radiates away the gravitational energy of its matter (Shakura and Sunyaev 1973).
+/// Returns the colour of a disk that radiates as a black body. Its temperature is T ∝ r^(−3/4), which holds far from
+/// the inner edge of a disk that radiates the gravitational energy of its matter (Shakura and Sunyaev 1973).
 [[gnu::noinline]] Float3 black_body_color(const ShadedObject& disk, const Double3& point, double redshift) {
     const double radius = std::max(length(subtract(point, disk.geometry->center)), disk.inner);
     const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
     if (!(kelvin > 0)) return {0, 0, 0};
     const std::array<double, 3> rgb = blackbody_color(kelvin);
     Float3 color;
-    for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(disk.brightness * rgb[k]);
+    for (std::size_t k = 0; k < 3; ++k) color[k] = static_cast<float>(disk.inverse_luminance * rgb[k]);
     return color;
 }
 
-/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals, or it is
-/// the geometric normal if there are none.
+/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals. If there
+/// are none, or if the result is zero, it is the geometric normal.
 Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
     const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
     const Double3 a = vertex(mesh, index[0]);
     const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a),
                   ap = subtract(point, a);
-    const Double3 area = cross(ab, ac);
-    if (mesh.normals.empty()) return area;
-    const double b = dot(cross(ap, ac), area) / dot(area, area);
-    const double c = dot(cross(ab, ap), area) / dot(area, area);
+    const Double3 geometric_normal = cross(ab, ac);
+    if (mesh.normals.empty()) return geometric_normal;
+    const double square = dot(geometric_normal, geometric_normal);
+    const double b = dot(cross(ap, ac), geometric_normal) / square;
+    const double c = dot(cross(ab, ap), geometric_normal) / square;
     const double weights[3] = {1 - b - c, b, c};  // barycentric coordinates of the point
     Double3 normal{};
     for (std::size_t k = 0; k < 3; ++k) {
         const double* n = &mesh.normals[3 * std::size_t{index[k]}];
         normal = add(normal, scaled({n[0], n[1], n[2]}, weights[k]));
     }
-    return dot(normal, normal) > 0 ? normal : area;
+    return dot(normal, normal) > 0 ? normal : geometric_normal;
 }
 
 Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
@@ -105,8 +107,8 @@ bool has_pattern(const LoadedPaint& paint) {
     return paint.paint.kind != Paint::Kind::color;
 }
 
-Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Double3& toward,
-                    double redshift, const Patch& patch) {
+Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
+                    const Double3& ray_direction, double redshift, const Patch& patch) {
     const std::size_t face = object.paints.size() == 6 ? primitive / 2 : 0;
     Float3 color;
     if (object.temperature > 0) {
@@ -116,7 +118,7 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
         if (object.geometry->shape == Shape::disk) multiply(color, redshift * redshift * (redshift * redshift));
     }
     if (object.shading == Shading::lambert)
-        multiply(color, std::abs(dot(unit(normal_on(object, primitive, point)), toward)));
+        multiply(color, std::abs(dot(unit(normal_on(object, primitive, point)), ray_direction)));
     return color;
 }
 

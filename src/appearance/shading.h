@@ -10,7 +10,7 @@ namespace kagero {
 struct LoadedPaint {
     Paint paint;
     std::shared_ptr<const Image> image;                 ///< Null unless the paint is a texture.
-    std::shared_ptr<const std::vector<Image>> coarser;  ///< Copies of the image, as coarser_images returns them.
+    std::shared_ptr<const std::vector<Image>> coarser;  ///< Coarser mipmap levels, from coarser_images.
 };
 
 /// Data of an object for shading, in coordinates relative to `space.center`.
@@ -22,21 +22,21 @@ struct ShadedObject {
     Double3 normal{};                   ///< Normal of a disk.
     double inner = 0, outer = 0;        ///< Radii of a disk.
     double temperature = 0;             ///< Temperature of a disk at its inner edge, in kelvin; 0 if it has a paint.
-    double brightness = 0;              ///< Inverse of the luminance of a black body at `temperature`.
+    double inverse_luminance = 0;       ///< 1 / luminance of a black body at `temperature`; 0 if it has a paint.
 };
 
 /// Returns true if the colour of a paint depends on the position: if it is a texture or a checker.
 bool has_pattern(const LoadedPaint& paint);
 
 /// Returns the linear colour of a surface at `point`, relative to `space.center`. A pattern is averaged over the patch.
-/// `toward` is the unit direction of the ray. With the shading `lambert`, the light comes from the camera, and the
-/// colour is multiplied by |normal · toward|.
+/// `ray_direction` is a unit vector. With the shading `lambert`, the light comes from the camera, and the colour is
+/// multiplied by |normal · ray_direction|.
 ///
-/// `redshift` is g, the observed frequency divided by the emitted one. If a disk emits light of intensity I(ν), the
-/// observed intensity is g³ I(ν/g) (Liouville's theorem). A black body then appears at g times its temperature, and a
-/// colour is g⁴ times as bright.
-Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point, const Double3& toward,
-                    double redshift, const Patch& patch);
+/// `redshift` is g, the observed frequency divided by the emitted frequency; only the colours of disks depend on it. If
+/// a disk emits light of intensity I(ν), the observed intensity is g³ I(ν/g) (Liouville's theorem). A black body then
+/// appears at g times its temperature, and a colour is g⁴ times as bright.
+Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
+                    const Double3& ray_direction, double redshift, const Patch& patch);
 
 /// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the footprint.
 Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint);

@@ -4,8 +4,8 @@
 
 namespace kagero {
 
-SkyView sky_view(double radius, const Double3& q, const Double3& d) {
-    if (!(length(q) < radius)) return {false, d};
+SkyView sky_view(double throat_radius, const Double3& q, const Double3& d) {
+    if (!(length(q) < throat_radius)) return {false, d};
     const Double3 n = unit(q);
     return {true, subtract(d, scaled(n, 2 * dot(d, n)))};
 }

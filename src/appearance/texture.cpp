@@ -19,13 +19,13 @@ double floor_of(double x) {
     return integer > x ? integer - 1 : integer;
 }
 
-/// Returns the index of the texel that an image has at position `index`, which may be beyond its edges; 0 if the index
-/// is not finite.
+/// Returns the index of the texel at the whole-numbered position `index` of a row or column, which may be beyond the
+/// edges of the image. Returns 0 if `index` is not finite.
 int texel_index(double index, int size, BeyondEdge edge) {
     if (!std::isfinite(index)) return 0;
     if (edge == BeyondEdge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
-    const double rest = index - floor_of(index / size) * size;
-    return static_cast<int>(std::clamp(rest, 0.0, size - 1.0));
+    const double wrapped = index - floor_of(index / size) * size;
+    return static_cast<int>(std::clamp(wrapped, 0.0, size - 1.0));
 }
 
 /// Indices of the two texels next to a position in a row or column, for linear interpolation.
@@ -51,36 +51,37 @@ private:
     }
 };
 
-/// Square of a checker at a position. All loops run over both axes, so that the compiler can vectorize them.
+/// The square of a checker that contains a position, in coordinates in which squares have edges of length 1. All loops
+/// run over both axes, so that the compiler can vectorize them.
 struct Square {
-    bool contains_patch;  ///< All points within `reach` of the position along each axis lie in the square.
-    bool odd = false;     ///< The sum of the square's indices is odd.
+    bool contains_patch;  ///< True if all points within `reach` of the position along each axis lie in the square.
+    bool is_odd = false;  ///< True if the sum of the square's indices is odd.
 
     Square(const std::array<double, 2>& position, const std::array<double, 2>& reach) {
-        // The sum with 1.5·2^52 is rounded to an integer, which its low bits contain. A patch that touches the upper
-        // edge of a square does not count as contained.
-        constexpr double to_whole = 0x1.8p52;
-        std::array<double, 2> sum, from_edge, most;
-        for (std::size_t k = 0; k < 2; ++k) sum[k] = position[k] - 0.5 + to_whole;
+        // Adding 1.5·2^52 rounds a number to an integer, which is in the low bits of the sum. A patch that touches the
+        // upper edge of a square does not count as contained.
+        constexpr double rounding_constant = 0x1.8p52;
+        std::array<double, 2> sum, from_edge, limit;
+        for (std::size_t k = 0; k < 2; ++k) sum[k] = position[k] - 0.5 + rounding_constant;
         for (std::size_t k = 0; k < 2; ++k) {
-            from_edge[k] = position[k] - (sum[k] - to_whole);
-            most[k] = 1 - reach[k];
+            from_edge[k] = position[k] - (sum[k] - rounding_constant);  // distance from the lower edge of the square
+            limit[k] = 1 - reach[k];
         }
         unsigned within = 1;  // bit operations avoid branches, which would be unpredictable
         for (std::size_t k = 0; k < 2; ++k) {
             within &= unsigned(std::abs(position[k]) < 0x1p51) & unsigned(from_edge[k] >= reach[k]) &
-                      unsigned(from_edge[k] < most[k]);
-            odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
+                      unsigned(from_edge[k] < limit[k]);
+            is_odd ^= std::bit_cast<std::uint64_t>(sum[k]) & 1;
         }
         contains_patch = within;
     }
 };
 
 /// Number of squares along one axis of a checker, and the continuation beyond the last square. The checker starts again
-/// with its first square (`wrap`, around a sphere or disk), ends (`nothing`, on a rectangle or face), or continues with
-/// more squares (`more`, on a mesh).
+/// with its first square (`wrap`, around a sphere or disk), ends (`end`, on a rectangle or face), or continues with
+/// further squares (`extend`, on a mesh).
 struct CheckerAxis {
-    enum class Beyond { wrap, nothing, more } beyond;
+    enum class Beyond { wrap, end, extend } beyond;
     double count;
 };
 
@@ -90,11 +91,11 @@ double mean_wave(double middle, double width, const CheckerAxis& axis) {
     const auto integral = [](double t) { return std::abs(t - 2 * floor_of(0.5 * t + 0.5)); };
     const auto integral_over = [&](double from, double to) { return integral(to) - integral(from); };
     double lower = middle - 0.5 * width, upper = middle + 0.5 * width;
-    if (axis.beyond == CheckerAxis::Beyond::nothing) {
+    if (axis.beyond == CheckerAxis::Beyond::end) {
         lower = std::max(lower, 0.0);
         upper = std::min(upper, axis.count);
     }
-    // The difference of integrals would be inaccurate for a short interval: the value at its middle is used.
+    // For a short interval, the difference of integrals is inaccurate; the value at the middle is returned instead.
     if (!(upper - lower >= 1e-6)) return 1 - 2 * (floor_of(middle) - 2 * floor_of(0.5 * floor_of(middle)));
     if (axis.beyond == CheckerAxis::Beyond::wrap) {
         if (width >= axis.count) return integral_over(0, axis.count) / axis.count;
@@ -110,22 +111,22 @@ double mean_wave(double middle, double width, const CheckerAxis& axis) {
 /// approximated by a row of up to 64 such rectangles along its longer axis. Not inlined, because it is rarely called.
 [[gnu::noinline]] double mean_sign(double x, double y, const UvPatch& sides, const CheckerAxis& columns,
                                    const CheckerAxis& rows) {
-    constexpr double max_pieces = 64;
+    constexpr double max_rectangles = 64;
     const PrincipalAxes axes = principal_axes(sides);
     const double skew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
-    const double across = std::max(axes.across, skew / max_pieces);
-    const double pieces = across > 0 ? std::clamp(std::ceil(skew / across - 1e-9), 1.0, max_pieces) : 1;
+    const double across = std::max(axes.minor_length, skew / max_rectangles);
+    const double rectangles = across > 0 ? std::clamp(std::ceil(skew / across - 1e-9), 1.0, max_rectangles) : 1;
     const auto extent = [&](std::size_t axis) {
-        const double of_piece = axes.major[axis] / pieces;
-        return std::sqrt(of_piece * of_piece + axes.minor[axis] * axes.minor[axis]);
+        const double major_part = axes.major[axis] / rectangles;
+        return std::sqrt(major_part * major_part + axes.minor[axis] * axes.minor[axis]);
     };
     const double width = extent(0), height = extent(1);
     double sum = 0;
-    for (double piece = 0.5; piece < pieces; ++piece) {
-        const double t = piece / pieces - 0.5;
+    for (double i = 0.5; i < rectangles; ++i) {
+        const double t = i / rectangles - 0.5;
         sum += mean_wave(x + t * axes.major[0], width, columns) * mean_wave(y + t * axes.major[1], height, rows);
     }
-    return sum / pieces;
+    return sum / rectangles;
 }
 
 }  // namespace
@@ -152,13 +153,13 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges) {
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch, Edges edges) {
     // All lengths from here on are in squares.
     const std::array<double, 2> position{u * paint.checker[0], v * paint.checker[1]};
-    std::array<double, 2> reach;
+    std::array<double, 2> reach;  // half the extents of the patch along u and v
     for (std::size_t k = 0; k < 2; ++k)
         reach[k] = 0.5 * paint.checker[k] * (std::abs(patch.a[k]) + std::abs(patch.b[k]));
     const Square square(position, reach);
     double brightness;
     if (square.contains_patch) {
-        brightness = square.odd ? 0.25 : 1.0;
+        brightness = square.is_odd ? 0.25 : 1.0;
     } else {
         UvPatch sides;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -169,7 +170,7 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
         const auto checker_axis = [&](BeyondEdge beyond, double count) {
             using Beyond = CheckerAxis::Beyond;
             const bool is_mesh = edges.along_v == BeyondEdge::repeat;
-            return CheckerAxis{beyond == BeyondEdge::clamp ? Beyond::nothing : is_mesh ? Beyond::more : Beyond::wrap,
+            return CheckerAxis{beyond == BeyondEdge::clamp ? Beyond::end : is_mesh ? Beyond::extend : Beyond::wrap,
                                count};
         };
         const CheckerAxis columns = checker_axis(edges.along_u, paint.checker[0]),
@@ -185,13 +186,14 @@ PrincipalAxes principal_axes(const UvPatch& patch) {
     const auto [ax, ay] = patch.a;
     const auto [bx, by] = patch.b;
     const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
+    // The eigenvalues of the covariance matrix are mean ± difference.
     const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), difference = std::sqrt(half * half + xy * xy);
-    const double along = std::sqrt(mean + difference), across = std::sqrt(std::max(0.0, mean - difference));
+    const double major = std::sqrt(mean + difference), minor = std::sqrt(std::max(0.0, mean - difference));
     // The major axis is at the angle φ with cos 2φ = half / difference.
-    const double twice = difference > 0 ? half / difference : 1;
-    const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + twice))),
-                 sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - twice))), xy);
-    return {{along * cosine, along * sine}, {-across * sine, across * cosine}, along, across};
+    const double cos_2phi = difference > 0 ? half / difference : 1;
+    const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + cos_2phi))),
+                 sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - cos_2phi))), xy);
+    return {{major * cosine, major * sine}, {-minor * sine, minor * cosine}, major, minor};
 }
 
 std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes) {

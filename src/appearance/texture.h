@@ -6,7 +6,7 @@
 
 namespace kagero {
 
-/// Continuation of an image beyond its edges.
+/// Continuation of an image beyond its edges: repetitions of the image, or the texels at the edges.
 enum class BeyondEdge { repeat, clamp };
 
 /// Continuations of an image along u (to the left and right) and along v (above and below).
@@ -22,14 +22,14 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges);
 
 /// Returns the mean colour of a checker over the patch around (u, v). `paint.checker` contains the numbers of squares
 /// for u from 0 to 1 and for v from 0 to 1. The square at (0, 0) has the paint's colour, and its neighbours have a
-/// quarter of it. Parts of the patch beyond the last square of a clamped axis are ignored. The mean is exact if the
-/// longer axis of the patch is parallel to u or v, or if the patch lies in one square.
+/// quarter of it. If an axis is clamped, parts of the patch beyond the squares of that axis are ignored. The mean is
+/// exact if the longer axis of the patch is parallel to u or v, or if the patch lies in one square.
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = repeat_both);
 
 /// Principal axes of a parallelogram: the sides of the rectangle that has the same covariance matrix.
 struct PrincipalAxes {
     std::array<double, 2> major, minor;
-    double along, across;  ///< Lengths of the major and of the minor axis.
+    double major_length, minor_length;
 };
 /// Returns the principal axes of a patch.
 PrincipalAxes principal_axes(const UvPatch& patch);

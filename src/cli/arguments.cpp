@@ -300,7 +300,7 @@ void require_one_of(const std::string& option, const std::string& word, const st
     throw InputError(option + ": \"" + word + "\" is not a possible value" + suggestion(word, words));
 }
 
-bool json_holds_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind) {
+bool json_is_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind) {
     if (std::find(words.begin(), words.end(), json) != words.end()) return true;
     const std::string near = json.find_first_of("./") == std::string::npos ? near_match(json, words) : "";
     if (!near.empty())

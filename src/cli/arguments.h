@@ -17,7 +17,7 @@ namespace kagero {
 /// option was not given.
 struct Arguments {
     std::string scene, output, topic;
-    std::string json;  ///< File name; "-" is stdout.
+    std::string json;  ///< File for the JSON report; "-" is stdout; "" without --json.
     std::vector<std::string> overrides, cases;
     std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
@@ -39,7 +39,7 @@ void add_option(CLI::App& verb, const std::string& names, std::vector<std::strin
 /// Adds an option without a value.
 void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& help);
 
-/// Adds --quiet, --verbose and --color.
+/// Adds --quiet, --verbose and --color, which control the messages on stderr.
 void add_messages(CLI::App& verb, Arguments& arguments);
 /// Adds --json.
 void add_json(CLI::App& verb, Arguments& arguments);
@@ -61,7 +61,7 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options);
 /// Reads the scene with integrator.symmetry = "none", so that rays follow the general path. If the scene states a
 /// method that needs the orbit plane, the scene is read without this change.
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options);
-/// Returns instruction set, strategy, precision, schedule, threads and crop. Throws InputError.
+/// Returns the options for instruction set, strategy, precision, schedule, threads and crop. Throws InputError.
 Options options_of(const Arguments& arguments);
 /// Checks that pixel (x, y) lies in the film. `given` is the value of the option as written. Throws InputError.
 void check_inside(const std::string& option, const std::string& given, const FilmDescription& film, std::uint32_t x,
@@ -79,11 +79,11 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
 std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max);
 /// Parses a finite number. Throws InputError with the name of the option.
 double finite_number(const std::string& option, const std::string& text);
-/// Throws InputError, with the nearest of the `words`, unless `word` is one of them.
+/// Throws InputError unless `word` is one of `words`. The message suggests a similar word.
 void require_one_of(const std::string& option, const std::string& word, const std::vector<std::string>& words);
 /// Returns true if the value of `--json` is one of `words`, which are the positional arguments that the verb accepts.
 /// The value of `--json` is optional, so CLI11 takes a positional argument that follows `--json` as its value. Throws
 /// InputError if the value resembles one of the words. `kind` names the words in the message, for example "a topic".
-bool json_holds_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind);
+bool json_is_positional(const std::string& json, const std::vector<std::string>& words, const std::string& kind);
 
 }  // namespace kagero

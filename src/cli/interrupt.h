@@ -16,8 +16,8 @@ public:
     static const std::atomic<bool>* requested();
 };
 
-/// Handler of SIGUSR1 during the lifetime of the object. The signal sets `requested`; the code that takes the snapshot
-/// resets it. Without a handler SIGUSR1 terminates the program.
+/// Handler of SIGUSR1 during the lifetime of the object. The signal sets `requested`; the run that takes the snapshot
+/// resets it. Without a handler, SIGUSR1 terminates the program.
 class SnapshotGuard {
 public:
     SnapshotGuard();

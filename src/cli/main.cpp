@@ -23,6 +23,7 @@ constexpr const char* exit_statuses =
     "Exit status: 0 finished; 1 failed while running; 2 wrong command line, scene or data; 4 finished, but a stated "
     "bound or a stability case failed; 130 interrupted (the results so far are written).";
 
+/// Throws InputError for a first word that is not a verb.
 [[noreturn]] void refuse_verb(const std::string& word) {
     if (word.starts_with('-'))
         throw InputError("the option \"" + word + "\" precedes the verb; write `kagero VERB [OPTIONS]`");
@@ -59,22 +60,22 @@ void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
 void restore_positional(Arguments& arguments, const std::string& verb) {
     std::string& positional = verb == "list" ? arguments.topic : arguments.scene;
     if (!positional.empty()) return;
-    const bool misplaced = verb == "list" ? json_holds_positional(arguments.json, list_topics(), "a topic")
+    const bool misplaced = verb == "list" ? json_is_positional(arguments.json, list_topics(), "a topic")
                                           : arguments.json.ends_with(".toml");
     if (!misplaced) return;
     positional = arguments.json;
     arguments.json = "-";
 }
 
-/// Returns the command line without the program name in reverse order, as CLI11 expects it. Words after "--" are files,
-/// also if they begin with '-'.
+/// Returns the command line without the program name, in reverse order, as CLI11 expects it. A word after "--" is a
+/// file, even if it begins with '-'; "./" is added to it, so that CLI11 does not treat it as an option.
 std::vector<std::string> words_of(int argc, char** argv) {
     std::vector<std::string> words;
-    bool options = true;
+    bool options_allowed = true;
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
-        if (options && word == "--") options = false;
-        else words.push_back(!options && word.starts_with('-') ? "./" + word : word);
+        if (options_allowed && word == "--") options_allowed = false;
+        else words.push_back(!options_allowed && word.starts_with('-') ? "./" + word : word);
     }
     std::reverse(words.begin(), words.end());
     return words;

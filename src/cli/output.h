@@ -10,8 +10,8 @@
 
 namespace kagero {
 
-/// Calls `write` with stdout if the path is "-". Otherwise calls it with a file that gets its name only when it is
-/// complete. Throws RunError if writing fails.
+/// Calls `write` with stdout if `path` is "-", otherwise with a file. The file appears at `path` when it is complete.
+/// Throws RunError if writing fails.
 void write_output(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Writes a film and returns the seconds that this took.
 double save_film(const Film& film, const std::string& path, const Metadata& metadata);

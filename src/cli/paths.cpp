@@ -11,7 +11,7 @@
 namespace kagero {
 namespace {
 
-/// Number of rays without any step, and the first of them.
+/// The number of rays without any step, and the index and end of the first such ray.
 class RaysWithoutSteps {
 public:
     /// Counts the rays of one batch. `first` is the index of its first ray in the whole list.

@@ -1,4 +1,4 @@
-/// Resolution of picture plans, with progress of trial rays and remarks on stderr.
+/// Plans for pictures, with the progress of trials and with warnings on stderr.
 #pragma once
 
 #include "cli/terminal.h"
@@ -6,8 +6,8 @@
 
 namespace kagero {
 
-/// Calls resolve() of tuning/resolve.h. Shows the progress of trials that take more than a second, then prints the
-/// remarks of the plan as warnings. `time_limit` bounds the trials, in seconds.
+/// Returns the plan that resolve() of tuning/resolve.h makes for a picture. Shows the progress of trials that take more
+/// than a second, then prints the remarks of the plan as warnings. `time_limit` bounds the trials, in seconds.
 Plan resolve_with_progress(SceneDescription scene, const Options& options, const Terminal& terminal,
                            double time_limit = std::numeric_limits<double>::infinity());
 

@@ -25,7 +25,8 @@ std::string time_text(double seconds) {
     return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
 }
 
-/// Returns ", … left" with an estimate of the remaining time. Empty below 1 % of the work, where the estimate is poor.
+/// Returns a text such as ", 5 s left" with an estimate of the remaining time. Returns "" below 1 % of the work, where
+/// the estimate is poor.
 std::string time_left(double done, double seconds) {
     return done > 0.01 && done < 1 ? ", " + time_text(seconds * (1 - done) / done) + " left" : "";
 }

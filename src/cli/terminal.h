@@ -50,7 +50,7 @@ private:
     const char* subject_;
     std::mutex writing_;
     bool visible_ = false;
-    int tenths_ = 0;          ///< Tenths of the work at the last printed line.
+    int tenths_ = 0;          ///< Finished tenths of the work that the last printed line states.
     double drawn_at_ = -1e9;  ///< Time at which the line was last drawn, in seconds since the start.
 };
 

@@ -16,7 +16,7 @@ const Codec& codec() {
             throw RunError(
                 "the image module kagero-images.so was not found in lib/kagero beside the program; build or install "
                 "kagero again");
-        const Codec* module = reinterpret_cast<KageroCodec>(open_module(path, "kagero_codec"))();
+        const Codec* module = reinterpret_cast<CodecFunction>(open_module(path, "kagero_codec"))();
         if (module->abi != codec_abi)
             throw RunError(path + " belongs to another version of kagero; build or install kagero again");
         return *module;

@@ -1,6 +1,6 @@
-/// The interface of the image module (openimageio/module.cpp), which reads and writes image files with OpenImageIO. It
-/// is a separate shared library, because loading OpenImageIO takes longer than rendering a small picture, and many
-/// commands do not need it.
+/// The interface of the image module (film/openimageio/module.cpp), which reads and writes image files with
+/// OpenImageIO. It is a separate shared library, because loading OpenImageIO takes longer than rendering a small
+/// picture, and many commands do not need it.
 #pragma once
 
 #include <cstddef>
@@ -26,16 +26,16 @@ struct PictureToEncode {
     Samples samples;
     const void* pixels;
     std::vector<std::pair<std::string, std::string>> attributes{};
-    std::vector<std::string> names{};  ///< Names of the channels; empty: red, green, blue.
+    std::vector<std::string> names{};  ///< Names of the channels; empty: R, G, B.
     std::vector<bool> half{};          ///< True for each named channel that is stored as a 16-bit float.
-    int x = 0, y = 0;                  ///< Position of a crop in the whole picture.
+    int x = 0, y = 0;                  ///< Position of the first pixel of a crop in the whole picture.
     int whole_width = 0, whole_height = 0;  ///< Size of the whole picture; 0: this picture is not a crop.
     int quality = 0;                   ///< Quality of lossy compression, percent; 0: default of the format.
 };
 
 /// The functions of the image module. Each returns "" on success, otherwise the reason for the failure.
 struct Codec {
-    std::uint32_t abi;
+    std::uint32_t abi;  ///< The value of codec_abi with which the module was compiled.
     /// Reads an image file.
     std::string (*read)(const std::string& path, DecodedImage& image);
     /// Encodes a picture as the bytes of a file with this extension, such as ".png".
@@ -45,13 +45,16 @@ struct Codec {
     std::string (*false_colors)(const std::vector<float>& numbers, std::vector<float>& rgb);
 };
 
+/// Version of this interface. It changes with every change of the types in this file.
 inline constexpr std::uint32_t codec_abi = 3;
-using KageroCodec = const Codec* (*)();
+/// Type of the function `kagero_codec`, which the module exports.
+using CodecFunction = const Codec* (*)();
 
 /// Returns the functions of the image module; the first call loads it. Throws RunError if the module is missing or
 /// belongs to another version.
 const Codec& codec();
-/// Writes a picture to a file, in the format that the extension of `path` selects. Throws RunError if that fails.
+/// Writes a picture to a file, in the format that the extension of `path` selects. Throws RunError if encoding or
+/// writing fails.
 void write_picture(const std::string& path, const PictureToEncode& picture);
 
 }  // namespace kagero

@@ -28,7 +28,7 @@ const LayerInfo& find_layer(const std::string& name) {
 
 }  // namespace
 
-// Each row defines a layer, which `film.layers` can select; it is then allocated and written. src/pixels computes the
+// Each row defines a layer. A layer is allocated and written if `film.layers` selects it. pixels/shade.cpp computes the
 // values. In EXR files, the channels are named `layer.channel`. Only colours are stored as HALF, because other layers
 // are used for computations.
 const std::vector<LayerInfo>& all_layers() {
@@ -75,7 +75,7 @@ Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::str
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
         layers_.push_back(&layer);
-        // Pixels that are never traced are black in layers of colours, and NaN in other layers.
+        // Pixels whose rays are never traced are black in layers of colours, and NaN in other layers.
         constexpr float nan = std::numeric_limits<float>::quiet_NaN();
         const float initial_value = layer.scale == LayerInfo::Scale::colors ? 0.0f : nan;
         planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), initial_value);

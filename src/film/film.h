@@ -13,9 +13,9 @@ struct LayerInfo {
     enum class Scale { colors, linear, logarithmic };
 
     std::string name;
-    std::vector<std::string> channels;  ///< "R", "G", "B", or one channel.
+    std::vector<std::string> channels;  ///< Names of the channels: "R", "G", "B", or "V".
     Scale scale;       ///< Scale of the false-colour map of the layer; a layer of colours has no map.
-    const char* what;  ///< Meaning of the layer, one line.
+    const char* what;  ///< Description in one line.
 
     /// Returns true if the layer is stored as HALF in EXR files; other layers are stored as FLOAT.
     bool half() const { return scale == Scale::colors; }
@@ -32,14 +32,17 @@ struct CropWindow {
 /// The planes of the selected layers, for a picture or a crop of it.
 class Film {
 public:
+    /// Allocates the planes. Throws InputError if there is no layer with one of the names in `layers`.
     Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers,
          const CropWindow& window = {});
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
     const CropWindow& window() const { return window_; }
     const std::vector<const LayerInfo*>& layers() const { return layers_; }
+    /// Returns true if the layer was selected.
     bool has(const std::string& layer) const;
-    /// Returns the first float of pixel (x, y) of a layer; its channels are consecutive. The layer must be present.
+    /// Returns the first float of pixel (x, y) of a layer; the channels of the pixel are consecutive. The film must
+    /// have the layer.
     float* pixel(const std::string& layer, std::uint32_t x, std::uint32_t y);
     /// Returns all floats of a layer, row by row with interleaved channels, or nullptr if the film does not have the
     /// layer.

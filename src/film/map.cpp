@@ -16,15 +16,15 @@ namespace {
 // Sizes in pixels. The colour bar is `gap` pixels to the right of the film.
 constexpr int gap = 8, bar_width = 14, glyph_width = 6, glyph_height = 7, label_width = 9 * glyph_width;
 
-/// Bitmaps of the characters of numbers: seven rows of five bits each; the highest bit is the leftmost column.
-constexpr const char* glyph_names = "0123456789.e-+";
+/// Characters of numbers, and their bitmaps: seven rows of five bits each; bit 4 is the leftmost column.
+constexpr const char* glyph_characters = "0123456789.e-+";
 constexpr unsigned char glyphs[][glyph_height] = {
     {14, 17, 19, 21, 25, 17, 14}, {4, 12, 4, 4, 4, 4, 14},     {14, 17, 1, 2, 4, 8, 31},     {31, 2, 4, 2, 1, 17, 14},
     {2, 6, 10, 18, 31, 2, 2},     {31, 16, 30, 1, 1, 17, 14},  {6, 8, 16, 30, 17, 17, 14},   {31, 1, 2, 4, 8, 8, 8},
     {14, 17, 17, 14, 17, 17, 14}, {14, 17, 17, 15, 1, 2, 12},  {0, 0, 0, 0, 0, 12, 12},      {0, 0, 14, 17, 31, 16, 14},
     {0, 0, 0, 31, 0, 0, 0},       {0, 4, 4, 31, 4, 4, 0}};
 
-/// Maps values to [0, 1] and back, linearly or logarithmically.
+/// Maps values to positions on a scale in [0, 1] and back, linearly or logarithmically.
 class ColorScale {
 public:
     ColorScale(const float* values, std::size_t count, bool logarithmic) : logarithmic_(logarithmic) {
@@ -38,7 +38,7 @@ public:
         if (logarithmic_ && !(least_ > 0)) least_ = 1e-3 * greatest_;
     }
     /// Returns true if the value is on the scale: finite, and positive if the scale is logarithmic.
-    bool has(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
+    bool contains(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
     /// Returns the position of a value on the scale, in [0, 1].
     double position(double value) const {
         return logarithmic_ ? std::log(value / least_) / std::log(greatest_ / least_) : value / greatest_;
@@ -61,29 +61,29 @@ struct Canvas {
     unsigned char* pixel(int x, int y) { return &rgb[3 * (std::size_t(y) * width + x)]; }
 };
 
-/// Draws a number with its upper left corner at (x, y).
-void write_number(Canvas& canvas, int x, int y, double value) {
+/// Draws a number in black. Its upper left corner is at (x, y).
+void draw_number(Canvas& canvas, int x, int y, double value) {
     char text[32];
     const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::general, 4).ptr;
     for (const char* c = text; c != end; ++c, x += glyph_width) {
-        const char* const at = std::char_traits<char>::find(glyph_names, std::size(glyphs), *c);
+        const char* const at = std::char_traits<char>::find(glyph_characters, std::size(glyphs), *c);
         if (!at) continue;
         for (int row = 0; row < glyph_height; ++row)
             for (int column = 0; column < 5 && x + column < canvas.width; ++column)
-                if (glyphs[at - glyph_names][row] >> (4 - column) & 1)
+                if (glyphs[at - glyph_characters][row] >> (4 - column) & 1)
                     std::fill_n(canvas.pixel(x + column, y + row), 3, 0);
     }
 }
 
-/// Returns the positions on the scale of all pixels of the map: those of the film and, at the right, the colour bar.
-/// Pixels whose value is not on the scale are −1.
+/// Returns the positions on the scale of all pixels of the map, which has `width` columns: the pixels of the film, a
+/// gap of zeros, and the colour bar. The position is −1 for pixels whose value is not on the scale.
 std::vector<float> scale_positions(const Film& film, const float* values, const ColorScale& scale, int width) {
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height());
     std::vector<float> plane(std::size_t(width) * h, 0);
     for (int y = 0; y < h; ++y) {
         for (int x = 0; x < w; ++x) {
             const double value = values[std::size_t(y) * w + x];
-            plane[std::size_t(y) * width + x] = scale.has(value) ? float(scale.position(value)) : -1.0f;
+            plane[std::size_t(y) * width + x] = scale.contains(value) ? float(scale.position(value)) : -1.0f;
         }
         for (int x = w + gap; x < width; ++x)
             plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;
@@ -113,7 +113,7 @@ void write_map(const Film& film, const LayerInfo& layer, const std::string& path
     const int labels = std::clamp(h / 24, 2, 5);
     for (int i = 0; i < labels && h >= glyph_height; ++i) {
         const double position = double(i) / (labels - 1);
-        write_number(canvas, map_width + gap / 2, static_cast<int>(std::lround((1 - position) * (h - glyph_height))),
+        draw_number(canvas, map_width + gap / 2, static_cast<int>(std::lround((1 - position) * (h - glyph_height))),
                      scale.value(position));
     }
     write_picture(path, {canvas.width, h, 3, PictureToEncode::Samples::bytes, canvas.rgb.data()});

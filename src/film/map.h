@@ -9,8 +9,9 @@ namespace kagero {
 std::string map_path(const std::string& picture, const LayerInfo& layer);
 
 /// Writes the map of a layer with one channel, with false colours from dark to bright and a colour bar at the right. A
-/// linear scale extends from zero to the greatest value; a logarithmic scale begins at the least positive value. Pixels
-/// whose value is not on the scale, such as NaN, are grey. Throws RunError if the file cannot be written.
+/// linear scale extends from zero to the greatest value. A logarithmic scale extends from the least positive value to
+/// the greatest value. Pixels whose value is not on the scale, such as NaN, are grey. Throws RunError if the file
+/// cannot be written.
 void write_map(const Film& film, const LayerInfo& layer, const std::string& path);
 
 }  // namespace kagero

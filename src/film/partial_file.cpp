@@ -15,14 +15,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns the path to which symbolic links at `path` lead, whether or not it exists.
+/// Follows the symbolic links at `path`, and returns the path of their final target, which need not exist.
 fs::path target_of(fs::path path) {
     constexpr int max_links = 40;
     std::error_code failure;
     for (int i = 0; i < max_links && fs::is_symlink(path, failure); ++i) {
-        const fs::path named = fs::read_symlink(path, failure);
+        const fs::path target = fs::read_symlink(path, failure);
         if (failure) break;
-        path = path.parent_path() / named;  // an absolute `named` replaces the whole path
+        path = path.parent_path() / target;  // an absolute `target` replaces the whole path
     }
     return path;
 }
@@ -45,15 +45,16 @@ void check_file_writable(const std::string& path) {
                          "' does not exist; create it first");
     if (!fs::is_directory(directory, ignored))
         throw InputError("cannot write '" + path + "': '" + directory_name + "' is not a directory");
-    const bool special = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
-    if (access(special ? path.c_str() : directory_name.c_str(), W_OK) != 0)
+    const bool is_special_file = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
+    if (access(is_special_file ? path.c_str() : directory_name.c_str(), W_OK) != 0)
         throw InputError("cannot write '" + path + "': no permission to write to '" +
-                         (special ? path : directory_name) + "'");
+                         (is_special_file ? path : directory_name) + "'");
 }
 
 namespace {
 
-/// A temporary file in the folder of the final file. `complete` renames it to the final name; otherwise it is removed.
+/// A temporary file in the folder of the final file. The function `complete` renames it to the final name. The
+/// destructor removes it if it has not been renamed.
 class PartialFile {
 public:
     explicit PartialFile(const std::string& path);
@@ -62,13 +63,13 @@ public:
     PartialFile& operator=(const PartialFile&) = delete;
     /// Returns the name of the temporary file.
     const std::string& temporary() const { return temporary_; }
-    /// Renames the temporary file to its final name. Throws RunError.
+    /// Renames the temporary file to its final name. Throws RunError if renaming fails.
     void complete();
 
 private:
     std::string final_, temporary_;
-    bool direct_ = false;  ///< True if the path is not a regular file and is written directly.
-    bool completed_ = false;
+    bool direct_ = false;     ///< True if the final file exists and is not a regular file, so it is written directly.
+    bool completed_ = false;  ///< True after `complete`.
 };
 
 PartialFile::PartialFile(const std::string& path) : final_(path) {

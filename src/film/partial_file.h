@@ -1,4 +1,4 @@
-/// Writes files under a temporary name, and renames them when they are complete.
+/// Functions that write a file under a temporary name and rename it when it is complete.
 #pragma once
 
 #include <functional>

@@ -5,13 +5,13 @@
 
 namespace kagero {
 
-/// Maps positions on a scale in [0, 1] to false colours, dark to bright, as bytes of RGB. Negative positions become
-/// grey.
+/// Maps positions on a scale, from 0 (dark) to 1 (bright), to false colours in RGB, with one byte per channel. Negative
+/// positions and NaN become grey.
 std::vector<unsigned char> false_colored(const std::vector<float>& positions);
 
-/// Returns the PNG file of a picture of linear RGB, row by row from the top.
+/// Returns the PNG file of a picture. `rgb` contains linear RGB, row by row from the top.
 std::vector<unsigned char> png_of_colors(const std::vector<float>& rgb, int width, int height);
-/// Returns the PNG file of positions on a scale, in false colours.
+/// Returns the PNG file of a picture in false colours. `positions` contains one position on the scale per pixel.
 std::vector<unsigned char> png_of_false_colors(const std::vector<float>& positions, int width, int height);
 
 }  // namespace kagero

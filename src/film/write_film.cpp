@@ -15,7 +15,8 @@ namespace kagero {
 
 namespace {
 
-/// The content of a file: all layers, or only colours: 8-bit sRGB, linear floats, or the portable float map.
+/// The content of a file: all layers, or only the layer `color`. Colours are encoded as 8-bit sRGB, as linear floats,
+/// or as a portable float map.
 enum class Encoding { layers, srgb8, linear, pfm };
 
 /// A picture format, which the extension of the file name selects.
@@ -33,11 +34,11 @@ constexpr Format formats[] = {
     {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
 };
 
-// Replaces the date that OpenImageIO would write, so that the same pixels give the same bytes.
-constexpr const char* fixed_date = "";
+// Value of the attribute DateTime. It replaces the current date, so that the same pixels give the same bytes.
+constexpr const char* no_date = "";
 constexpr float max_half = 65504.0f;  ///< Greatest finite value of HALF.
 
-/// Returns the format for the extension of a path. Throws InputError if there is none.
+/// Returns the format for the extension of a path. Throws InputError if the extension is missing or not supported.
 const Format& format_of(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
     std::string lower = extension;
@@ -64,27 +65,28 @@ const float* color_plane(const Film& film, const std::string& path) {
 PictureToEncode picture_of(const Film& film, PictureToEncode::Samples samples, const void* pixels,
                            const char* color_space) {
     return {static_cast<int>(film.width()), static_cast<int>(film.height()), 3, samples, pixels,
-            {{"oiio:ColorSpace", color_space}, {"DateTime", fixed_date}}};
+            {{"oiio:ColorSpace", color_space}, {"DateTime", no_date}}};
 }
 
-/// Returns the channels of all layers, interleaved.
+/// Returns the channels of all layers, interleaved. `stride` is the number of channels of all layers.
 std::vector<float> interleave(const Film& film, std::size_t stride) {
     const std::size_t pixels = std::size_t{film.width()} * film.height();
-    std::vector<float> all(pixels * stride);
-    std::size_t first = 0;
+    std::vector<float> interleaved(pixels * stride);
+    std::size_t first_channel = 0;
     for (const LayerInfo* layer : film.layers()) {
         const float* plane = film.plane(layer->name);
         const std::size_t channels = layer->channels.size();
         for (std::size_t i = 0; i < pixels; ++i)
             for (std::size_t c = 0; c < channels; ++c) {
                 const float value = plane[i * channels + c];
-                // Values beyond the range of HALF would become infinite, which viewers do not show as bright. NaN stays
-                // NaN.
-                all[i * stride + first + c] = layer->half() ? std::clamp(value, -max_half, max_half) : value;
+                // Values beyond the range of HALF would become infinite, and viewers do not show infinity as bright.
+                // std::clamp returns NaN for NaN.
+                interleaved[i * stride + first_channel + c] =
+                    layer->half() ? std::clamp(value, -max_half, max_half) : value;
             }
-        first += channels;
+        first_channel += channels;
     }
-    return all;
+    return interleaved;
 }
 
 void write_layers(const Film& film, const std::string& path, const Metadata& metadata) {
@@ -125,7 +127,7 @@ void write_pfm(const Film& film, const std::string& path) {
     const std::size_t row = std::size_t{film.width()} * 3;
     write_file(path, [&](std::ostream& out) {
         out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) +
-                   "\n-1.0\n";  // std::to_string, because streams depend on the locale
+                   "\n-1.0\n";  // without std::to_string, the numbers would depend on the stream's locale
         for (std::size_t y = film.height(); y-- > 0;)
             out.write(reinterpret_cast<const char*>(color + y * row),
                       static_cast<std::streamsize>(row * sizeof(float)));

@@ -5,7 +5,7 @@
 
 namespace kagero {
 
-/// Names and values of attributes. In an EXR file, their names begin with "kagero/".
+/// Names and values of attributes. In an EXR file, "kagero/" is added before each name.
 using Metadata = std::vector<std::pair<std::string, std::string>>;
 
 /// Returns true if a picture with this name stores all layers and metadata. Throws InputError if its extension is not
@@ -13,7 +13,7 @@ using Metadata = std::vector<std::pair<std::string, std::string>>;
 bool stores_all_layers(const std::string& path);
 /// Throws InputError if the extension of `path` is not supported, if no file can be written there, or if the format
 /// cannot store the picture. Formats other than EXR require the layer `color`, and some limit the width and height.
-/// This check precedes rendering, so that no rendering is lost.
+/// This function is called before rendering, so that no finished picture is lost.
 void check_writable(const std::string& path, const std::vector<std::string>& layers, std::uint32_t width,
                     std::uint32_t height);
 
@@ -22,8 +22,8 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
 void prepare_to_write(const std::string& path);
 
 /// Writes a film to a file. `.exr` stores all layers (`layer.channel`), the position of a crop, and metadata. Other
-/// formats store only the layer `color`; 8-bit formats are sRGB-encoded. The file appears under its name only when it
-/// is complete. Throws RunError if it cannot be written.
+/// formats store only the layer `color`; formats with 8 bits per channel are sRGB-encoded. The file appears under its
+/// name only when it is complete. Throws RunError if it cannot be written.
 void write_film(const Film& film, const std::string& path, const Metadata& metadata);
 
 }  // namespace kagero

@@ -23,7 +23,7 @@ struct Number {
     [[maybe_unused]] friend bool operator<=(Number a, Number b) { return a.x <= b.x; }
     [[maybe_unused]] friend bool operator>(Number a, Number b) { return a.x > b.x; }
     [[maybe_unused]] friend bool operator>=(Number a, Number b) { return a.x >= b.x; }
-    [[maybe_unused]] friend Number select(bool first, Number a, Number b) { return first ? a : b; }
+    [[maybe_unused]] friend Number select(bool condition, Number a, Number b) { return condition ? a : b; }
     [[maybe_unused]] friend Number fma(Number a, Number b, Number c) { return a.x * b.x + c.x; }
     [[maybe_unused]] friend Number fms(Number a, Number b, Number c) { return a.x * b.x - c.x; }
     [[maybe_unused]] friend Number fnma(Number a, Number b, Number c) { return c.x - a.x * b.x; }
@@ -42,8 +42,8 @@ struct Number {
     [[maybe_unused]] friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
 };
 
-/// Returns the result of operation F on constants. Operations without a name do not occur in formulas; their result is
-/// `a`.
+/// Returns the result of operation F on constants. Operations without a name do not occur in formulas; for them the
+/// function returns `a`.
 template <class F>
 Number folded(Number a, [[maybe_unused]] Number b) {
     if constexpr (F::name[0] == '\0') return a;

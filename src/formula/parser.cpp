@@ -38,13 +38,13 @@ public:
 
     std::int32_t parse() {
         if (current().kind == Token::Kind::end) fail("the formula is empty");
-        const std::int32_t root = expression();
-        if (current().kind == Token::Kind::end) return root;
+        const std::int32_t node = expression();
+        if (current().kind == Token::Kind::end) return node;
         if (is(")")) fail("this ')' has no matching '('");
         if (is(",")) fail("a ',' is allowed only between the arguments of a function; the decimal point is '.'");
-        const Token& before = tokens_[next_token_ - 1];
+        const Token& left = tokens_[next_token_ - 1];
         const std::string right = current().text;
-        fail("an operator is missing: write " + before.text + "*" + right + (is("(") ? "…)" : ""));
+        fail("an operator is missing: write " + left.text + "*" + right + (is("(") ? "…)" : ""));
     }
 
 private:
@@ -76,10 +76,10 @@ private:
         for (; checked_count_ < scope_.nodes.size(); ++checked_count_)
             if (const FormulaNode& n = scope_.nodes[checked_count_]; n.op == Op::constant && !std::isfinite(n.value))
                 fail_at(formula_, position, "the value of this constant expression is not a finite number");
-        if (scope_.nodes.size() > formula_limit)
+        if (scope_.nodes.size() > max_formula_nodes)
             fail_at(formula_, position,
-                    "the formulas of this space are too large: they have more than " + std::to_string(formula_limit) +
-                        " operations");
+                    "the formulas of this space are too large: they have more than " +
+                        std::to_string(max_formula_nodes) + " operations");
         return node;
     }
 
@@ -175,11 +175,11 @@ private:
         for (const OperationInfo& operation : operation_infos)
             if (operation.has_function_name()) known.emplace_back(operation.name);
         std::string message = std::string(called ? "there is no function " : "unknown name ") + token.text;
-        std::string small = token.text, near, list;
-        for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        std::string lower_case = token.text, near, list;
+        for (char& c : lower_case) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
         for (const std::string& name : known) {
             append_to_list(list, name);
-            if (name == small) near = name;
+            if (name == lower_case) near = name;
         }
         if (near.empty()) near = near_match(token.text, known);
         if (!called && formula_.name == "space.let." + token.text)
@@ -191,8 +191,9 @@ private:
     FormulaScope& scope_;
     const FormulaText& formula_;
     std::vector<Token> tokens_;
-    std::size_t next_token_ = 0, checked_count_ = scope_.nodes.size();
-    int depth_ = 0;
+    std::size_t next_token_ = 0;
+    std::size_t checked_count_ = scope_.nodes.size();  ///< Number of nodes that `check_nodes` has checked.
+    int depth_ = 0;  ///< Current depth of nesting.
 };
 
 }  // namespace
@@ -206,9 +207,9 @@ std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula) {
 }
 
 void define(FormulaScope& scope, const std::string& name, std::int32_t node, const FileLocation& location) {
-    const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
-    const auto inside = [&](char c) { return letter(c) || (c >= '0' && c <= '9'); };
-    if (name.empty() || !letter(name[0]) || !std::all_of(name.begin(), name.end(), inside))
+    const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+    const auto continues_name = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); };
+    if (name.empty() || !is_letter(name[0]) || !std::all_of(name.begin(), name.end(), continues_name))
         throw InputError(location, "'" + name +
                                     "' is not a legal name in formulas; a name has letters, digits and _, and does "
                                     "not begin with a digit");

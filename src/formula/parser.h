@@ -12,8 +12,8 @@
 
 namespace kagero {
 
-/// Defines a name for a node, such as that of a constant or a helper. Throws InputError with `location` if the name is
-/// already defined or is not legal.
+/// Defines a name for a node, such as the name of a constant or a helper. Throws InputError with `location` if the name
+/// is already defined or is not legal.
 void define(FormulaScope& scope, const std::string& name, std::int32_t node, const FileLocation& location);
 
 /// Appends the nodes of a formula and returns the index of its root. Throws InputError with the position in the file,

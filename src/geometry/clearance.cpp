@@ -9,8 +9,8 @@
 
 namespace kagero {
 
-// C. Ericson, Real-Time Collision Detection (2005), section 5.1.5: finds the corner, edge or interior of the triangle
-// onto which q projects.
+// Algorithm of C. Ericson, Real-Time Collision Detection (2005), section 5.1.5. It finds the corner, edge or interior
+// of the triangle that contains the closest point.
 Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c) {
     const Double3 ab = subtract(b, a), ac = subtract(c, a), aq = subtract(q, a);
     const double d1 = dot(ab, aq), d2 = dot(ac, aq);
@@ -37,7 +37,8 @@ Double3 stretched_by(const Double3& stretch, const Double3& q) {
     return {stretch[0] * q[0], stretch[1] * q[1], stretch[2] * q[2]};
 }
 
-/// State of the search for the triangle nearest to a point q. All coordinates and distances are in stretched space.
+/// State of the search for the triangle nearest to a point q. All coordinates and distances are in stretched space, in
+/// which coordinates are multiplied by `stretch`.
 struct NearestSearch {
     const Geometry* geometry;
     Double3 stretch, q;
@@ -51,6 +52,7 @@ struct NearestSearch {
         return !(height * height > nearest * nearest * dot(normal, normal));  // true if the normal is zero or NaN
     }
 
+    /// Returns the coordinates of a vertex.
     Double3 corner(const Surface& surface, std::uint32_t index) const {
         const double* v = surface.vertices + 3 * std::size_t{index};
         return stretched_by(stretch, {v[0], v[1], v[2]});
@@ -63,8 +65,8 @@ float search_radius(const Geometry& geometry, double distance) {
     return std::nextafter(radius, std::numeric_limits<float>::infinity());
 }
 
-/// Calls `visit` for the triangles whose bounding boxes in stretched space are within `distance` of a point. q is the
-/// point in unstretched coordinates.
+/// Calls `visit` for the triangles whose bounding boxes in stretched space are within `distance` of the point q. q is
+/// given in unstretched coordinates, and `scene` is in stretched coordinates.
 void query_around(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double distance,
                   RTCPointQueryFunction visit, void* user) {
     const auto coordinate = [&](std::size_t k) {
@@ -80,7 +82,7 @@ void query_around(const Geometry& geometry, RTCScene scene, const Double3& stret
     rtcPointQuery(scene, &point, &context, visit, user);
 }
 
-/// Updates the search with one triangle of a point query. Returns true if the search radius has become smaller.
+/// Callback of a point query: updates the search with one triangle. Returns true if the search radius has decreased.
 bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
     auto& search = *static_cast<NearestSearch*>(arguments->userPtr);
     const Surface& surface = search.geometry->surfaces[arguments->geomID];
@@ -99,7 +101,8 @@ bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
 }
 
 /// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. Embree's point queries ignore
-/// SPHERE_POINT, so all spheres are tested; scenes have few. Distances in stretched space are never smaller than these.
+/// SPHERE_POINT, so all spheres are tested; scenes have few. The distance is a lower bound on the distance in stretched
+/// space.
 double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
@@ -110,8 +113,8 @@ double distance_to_spheres(const Geometry& geometry, const Double3& q, double li
     return limit;
 }
 
-/// Returns a lower bound, in stretched space, on the distance to the nearest surface, or `limit` if that is smaller.
-/// q is given in unstretched coordinates. The bound is exact for triangles.
+/// Returns a lower bound, in stretched space, on the distance to the nearest surface, or `limit` if that is smaller. q
+/// is given in unstretched coordinates. The bound is exact for triangles.
 double stretched_distance(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q,
                           double limit) {
     NearestSearch search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
@@ -119,14 +122,15 @@ double stretched_distance(const Geometry& geometry, RTCScene scene, const Double
     return search.nearest;
 }
 
-/// Collects boxes that contain the parts of surfaces in one grid cell, in cells from the grid's lower corner.
+/// Collects boxes that together contain all parts of surfaces in one cell of the grid.
 struct ContentCollector {
     const Geometry* geometry;
     Double3 lower_corner, edges;  ///< Lower corner and edge lengths of the cell.
-    std::array<std::uint32_t, 3> cell;
+    std::array<std::uint32_t, 3> cell;  ///< Indices of the cell along x, y and z.
     std::vector<GridBox>* content;
 
-    /// Adds the intersection of `bounds` and the cell. After eight boxes, further boxes are merged with the last one.
+    /// Adds the intersection of `bounds` and the cell, if they intersect. After eight boxes, further boxes are merged
+    /// with the last one.
     void add(const Bounds& bounds) const {
         constexpr std::size_t max_boxes = 8;
         GridBox box;
@@ -147,7 +151,7 @@ struct ContentCollector {
     }
 };
 
-/// Adds the bounding box of one triangle of a point query. Returns false, because the search radius stays the same.
+/// Callback of a point query: adds the bounding box of one triangle. Returns false, because the radius is unchanged.
 bool collect_triangle(RTCPointQueryFunctionArguments* arguments) {
     const auto& collector = *static_cast<const ContentCollector*>(arguments->userPtr);
     const Surface& surface = collector.geometry->surfaces[arguments->geomID];
@@ -173,7 +177,7 @@ std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const 
         const Surface& surface = geometry.surfaces[i];
         if (surface.kind != Surface::Kind::sphere) continue;
         const Double3 middle{surface.center[0], surface.center[1], surface.center[2]};
-        // Distances in stretched space are never smaller than this one.
+        // This distance is a lower bound on the distance in stretched space.
         if (std::abs(length(subtract(center, middle)) - surface.radius) > radius) continue;
         Bounds bounds;
         bounds.extend(middle, surface.radius);
@@ -183,13 +187,14 @@ std::vector<GridBox> content_of(const Geometry& geometry, RTCScene scene, const 
     return content;
 }
 
-/// Measures one row of cells along x. From one cell to the next, the distance to the nearest surface increases by at
-/// most one cell edge. This bound limits the search of the next cell.
+/// Computes the CellClearance of one row of cells along x. From one cell to the next, the distance to the nearest
+/// surface increases by at most one cell edge. This bound limits the search for the next cell.
 void measure_row(const Geometry& geometry, RTCScene scene, const Double3& stretch, const ClearanceGrid& grid,
                  std::uint32_t y, std::uint32_t z, CellClearance* row) {
     // Bound on single-precision errors: 5e-6 in Embree's coordinates, which are of order one. The errors of Embree's
-    // bounding boxes are at most 2^-18; the rest covers the kernels, which use the results in single precision.
-    const double float_error = 5e-6 / geometry.scale, edge = stretch[0] * grid.cell[0], half_diagonal = 0.8661 * edge;
+    // bounding boxes are at most 2^-18; the remaining 1.2e-6 covers the kernels, which use single precision.
+    const double float_error = 5e-6 / geometry.scale, edge = stretch[0] * grid.cell[0];
+    const double half_diagonal = 0.8661 * edge;  // √3/2, rounded up
     double limit = std::numeric_limits<double>::infinity();
     for (std::uint32_t x = 0; x < grid.cells[0]; ++x) {
         const Double3 center{grid.origin[0] + (x + 0.5) * grid.cell[0], grid.origin[1] + (y + 0.5) * grid.cell[1],
@@ -219,7 +224,7 @@ Double3 clearance_stretch(const Bounds& bounds) {
     return stretch;
 }
 
-Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds,
+Clearance build_clearance(const Geometry& geometry, void* stretched_scene, const Double3& stretch, const Bounds& bounds,
                           std::uint32_t cells) {
     Clearance clearance;
     ClearanceGrid& grid = clearance.grid;
@@ -236,7 +241,7 @@ Clearance build_clearance(const Geometry& geometry, void* stretched, const Doubl
     std::vector<CellClearance> measured(std::size_t{grid.cells[0]} * grid.cells[1] * grid.cells[2]);
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, grid.cells[1] * grid.cells[2]), [&](const auto& rows) {
         for (std::uint32_t row = rows.begin(); row != rows.end(); ++row) {
-            measure_row(geometry, static_cast<RTCScene>(stretched), stretch, grid, row % grid.cells[1],
+            measure_row(geometry, static_cast<RTCScene>(stretched_scene), stretch, grid, row % grid.cells[1],
                         row / grid.cells[1], &measured[std::size_t{row} * grid.cells[0]]);
         }
     });

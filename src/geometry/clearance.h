@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// Clear boxes of a scene, and the grid that assigns one to each cell. The grid points into `boxes`.
+/// Clear boxes of a scene, and the grid that assigns a clear box to each cell. `grid` points into `boxes`.
 struct Clearance {
     ClearBoxes boxes;
     ClearanceGrid grid{};
@@ -24,10 +24,11 @@ double distance_to_surfaces(const Geometry& geometry, const Double3& q, double l
 /// Each shorter axis then has at least half as many cells as the longest one, unless the limit of 32 prevents it.
 Double3 clearance_stretch(const Bounds& bounds);
 
-/// Builds the clearance grid over `bounds`, slightly enlarged. The cells are cubes after the axes are multiplied by
-/// `stretch`, and there are `cells` of them along the longest axis. `stretched` is a committed RTCScene whose
-/// coordinates are multiplied by `stretch`; it is used for point queries.
-Clearance build_clearance(const Geometry& geometry, void* stretched, const Double3& stretch, const Bounds& bounds,
-                          std::uint32_t cells);
+/// Builds the clearance grid over `bounds`, enlarged by a margin of 1/1024 of the longest stretched edge. The cells are
+/// cubes after the axes are multiplied by `stretch`, and there are `cells` of them along the longest axis.
+/// `stretched_scene` is a committed RTCScene whose coordinates are multiplied by `stretch`; it is used for point
+/// queries.
+Clearance build_clearance(const Geometry& geometry, void* stretched_scene, const Double3& stretch,
+                          const Bounds& bounds, std::uint32_t cells);
 
 }  // namespace kagero

@@ -10,7 +10,8 @@ float to_embree(double q, double shift, double scale) {
     return static_cast<float>((q - shift) * scale);
 }
 
-/// Throws RunError if Embree has reported an error. `action` describes the failed action in the message.
+/// Throws RunError if Embree has reported an error. `action` describes the failed action in the message, such as
+/// "building the scene".
 void throw_on_error(RTCDevice device, const char* action) {
     const RTCError error = rtcGetDeviceError(device);
     if (error != RTC_ERROR_NONE)
@@ -47,7 +48,8 @@ RTCGeometry sphere_geometry(RTCDevice device, const Surface& surface, const doub
     return geometry;
 }
 
-/// Rejects hits that are not between the radii of a ring. Embree then searches for hits farther along the ray.
+/// Intersection filter for rings: rejects hits that are not between the radii of the ring. Embree then searches for
+/// hits farther along the ray.
 void filter_ring_hits(const RTCFilterFunctionNArguments* arguments) {
     const auto& ring = *static_cast<const EmbreeScene::FloatRing*>(arguments->geometryUserPtr);
     RTCRayN* ray = arguments->ray;
@@ -59,7 +61,7 @@ void filter_ring_hits(const RTCFilterFunctionNArguments* arguments) {
         const float y = RTCRayN_org_y(ray, n, i) + t * RTCRayN_dir_y(ray, n, i) - ring.center[1];
         const float z = RTCRayN_org_z(ray, n, i) + t * RTCRayN_dir_z(ray, n, i) - ring.center[2];
         const float r2 = x * x + y * y + z * z;
-        if (r2 < ring.inner2 || r2 > ring.outer2) arguments->valid[i] = 0;
+        if (r2 < ring.inner_squared || r2 > ring.outer_squared) arguments->valid[i] = 0;
     }
 }
 
@@ -70,8 +72,8 @@ void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shif
     for (const Ring& ring : rings) {
         FloatRing& float_ring = rings_.emplace_back();
         for (std::size_t i = 0; i < 3; ++i) float_ring.center[i] = to_embree(ring.center[i], shift[i], scale);
-        float_ring.inner2 = static_cast<float>(ring.inner * ring.inner * scale * scale);
-        float_ring.outer2 = static_cast<float>(ring.outer * ring.outer * scale * scale);
+        float_ring.inner_squared = static_cast<float>(ring.inner * ring.inner * scale * scale);
+        float_ring.outer_squared = static_cast<float>(ring.outer * ring.outer * scale * scale);
         RTCGeometry geometry = rtcGetGeometry(scene_, ring.surface);
         rtcSetGeometryUserData(geometry, &float_ring);
         rtcSetGeometryIntersectFilterFunction(geometry, filter_ring_hits);

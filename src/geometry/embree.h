@@ -7,7 +7,8 @@
 
 namespace kagero {
 
-/// Ring to which a surface of triangles is restricted: hits outside the ring are rejected, in single precision.
+/// Flat ring to which a surface of triangles is restricted: hits that are not between its radii are rejected. The test
+/// is in single precision.
 struct Ring {
     std::uint32_t surface;  ///< Index of the surface.
     Double3 center;
@@ -17,9 +18,9 @@ struct Ring {
 /// Owns an Embree device and one committed scene. Embree's geometry IDs are indices of surfaces.
 class EmbreeScene {
 public:
-    /// Builds the scene. Surface coordinates q are relative to `space.center`; Embree's coordinates are
-    /// (q − shift)·scale. With spheres or rings, the scale must be the same for all axes. The counts have one entry per
-    /// surface. Throws RunError if Embree reports an error.
+    /// Builds the scene. Surface coordinates q are relative to `space.center`; Embree's coordinates are (q −
+    /// shift)·scale. The scale must be the same for all axes if rays are intersected with spheres or rings.
+    /// `vertex_counts` and `triangle_counts` have one entry per surface. Throws RunError if Embree reports an error.
     EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
                 const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
                 const Double3& scale);
@@ -31,13 +32,14 @@ public:
 
     /// Ring in Embree's coordinates, with squared radii; read by the intersection filter.
     struct FloatRing {
-        float center[3], inner2, outer2;
+        float center[3], inner_squared, outer_squared;
     };
 
 private:
+    /// Sets the intersection filters of the surfaces that are restricted to rings.
     void attach_rings(const std::vector<Ring>& rings, const double shift[3], double scale);
 
-    std::vector<FloatRing> rings_;
+    std::vector<FloatRing> rings_;  ///< Elements to which Embree's user data points.
     RTCDevice device_ = nullptr;
     RTCScene scene_ = nullptr;
 };

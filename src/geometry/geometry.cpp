@@ -72,24 +72,24 @@ Bounds bounds_of(const std::vector<ObjectGeometry>& objects, const std::vector<S
     return bounds;
 }
 
-/// Chooses the scale and shift of Embree's coordinates. The scale is a power of two that brings half the size of all
-/// objects into [½, 1). The shift is the multiple of ¼ of Embree's unit that is nearest to the middle of the objects.
-/// With these values, coordinates with few binary digits are exact in single precision.
+/// Chooses the scale and shift of Embree's coordinates. The scale is the power of two for which half the longest edge
+/// of the bounding box of all objects is in [½, 1). The shift is the multiple of ¼ of Embree's unit that is nearest to
+/// the middle of this box. With these values, coordinates with few binary digits are exact in single precision.
 void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geometry& geometry) {
     const Double3 size = subtract(bounds.upper, bounds.lower);
-    const double half = 0.5 * std::max({size[0], size[1], size[2]});
+    const double half_edge = 0.5 * std::max({size[0], size[1], size[2]});
     const double camera = length(subtract(scene.camera.position, scene.space.center));
     const double farthest =
         std::max({scene.integrator.escape_radius, camera, length(bounds.lower), length(bounds.upper)});
-    if (half <= 1e-12 * farthest) {
+    if (half_edge <= 1e-12 * farthest) {
         throw InputError(scene.objects.front().location,
                          "the objects are too small: half the size of all objects together is " +
-                             to_toml(half / farthest) +
+                             to_toml(half_edge / farthest) +
                              " times the greatest of integrator.escape_radius and the distances of the camera and the "
                              "objects from space.center. The ratio must be greater than 1e-12. Enlarge the objects, or "
                              "reduce the escape radius and the distances");
     }
-    geometry.scale = std::scalbn(1.0, -(std::ilogb(half) + 1));
+    geometry.scale = std::scalbn(1.0, -(std::ilogb(half_edge) + 1));
     for (std::size_t i = 0; i < 3; ++i) {
         const double middle = 0.5 * (bounds.lower[i] + bounds.upper[i]);
         geometry.shift[i] = std::round(middle * geometry.scale * 4) / (geometry.scale * 4);
@@ -97,10 +97,10 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 }
 
 /// Adds a remark if rounding to single precision visibly displaces an object. All objects share the scale and shift of
-/// Embree's coordinates, so a small object far from the middle is resolved by few bits.
-void remark_on_small(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface,
+/// Embree's coordinates, so the coordinates of a small object far from the middle differ in few bits.
+void remark_on_displacement(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface,
                      const Geometry& geometry, std::vector<std::string>& remarks) {
-    constexpr double visible = 1e-3;  // displacement, relative to the size of the object
+    constexpr double visible_displacement = 1e-3;  // relative to the size of the object
     Bounds bounds;
     extend_bounds(bounds, object, surface);
     double size = 0, farthest = 0;
@@ -110,7 +110,7 @@ void remark_on_small(const ObjectDescription& description, const ObjectGeometry&
             {farthest, std::abs(bounds.lower[i] - geometry.shift[i]), std::abs(bounds.upper[i] - geometry.shift[i])});
     }
     const double displacement = 0.5 * double(std::numeric_limits<float>::epsilon()) * farthest / size;
-    if (displacement > visible)
+    if (displacement > visible_displacement)
         remarks.push_back("object " + description.name + ": Embree's single precision displaces it by up to " +
                           to_toml(displacement) +
                           " of its size, because it is small and far from the middle of all objects. Enlarge it, or "
@@ -138,7 +138,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     Geometry& geometry = content.geometry;
     choose_coordinates(scene, bounds, geometry);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
-        remark_on_small(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
+        remark_on_displacement(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
     content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts,
                                                    rings_of(scene.objects, content.objects), geometry.shift,
                                                    Double3{geometry.scale, geometry.scale, geometry.scale});
@@ -147,7 +147,7 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
     if (!clearance_cells || !scene.integrator.cull) return;
     const Double3 stretch = clearance_stretch(bounds);
-    std::unique_ptr<EmbreeScene> stretched;
+    std::unique_ptr<EmbreeScene> stretched;  // for point queries, which ignore spheres and rings
     if (stretch != Double3{1, 1, 1})
         stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{},
                                                   geometry.shift, scaled(stretch, geometry.scale));
@@ -167,13 +167,13 @@ const std::vector<ObjectGeometry>& SceneGeometry::objects() const {
 }
 
 bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                                 std::uint32_t other_primitive, const Double3& other) const {
+                                 std::uint32_t other_primitive, const Double3& other_point) const {
     const ObjectGeometry& object = content_->objects[surface];
     if (primitive == other_primitive) return true;
     const bool has_faces = object.shape == Shape::box || object.shape == Shape::room;
     if (object.shape != Shape::mesh) return !has_faces || primitive / 2 == other_primitive / 2;
     constexpr double max_sine = 0.5;  // sine of the angle between the segment and the plane of each triangle
-    const Double3 segment = subtract(other, point);
+    const Double3 segment = subtract(other_point, point);
     const auto is_nearly_parallel = [&](std::uint32_t triangle) {
         const double* plane = &object.planes[4 * std::size_t{triangle}];
         return std::abs(dot({plane[0], plane[1], plane[2]}, segment)) <= max_sine * length(segment);

@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// Geometry of one object, relative to `space.center`. Object i is surface i of the kernels.
+/// Geometry of one object, in coordinates relative to `space.center`. Object i is surface i of the kernels.
 struct ObjectGeometry {
     Shape shape{};
     TriangleMesh mesh;           ///< Triangles; none for a sphere.
@@ -23,8 +23,8 @@ public:
     static constexpr std::uint32_t max_clearance_cells = 48;
 
     /// Loads the meshes, and builds the Embree scene and the clearance grid. `clearance_cells` is the number of cells
-    /// along the grid's longest edge. No grid is built if it is 0, or if the scene switches culling off. Throws
-    /// InputError if the data cannot be used.
+    /// along the grid's longest edge. No grid is built if this number is 0, or if the scene switches culling off.
+    /// Throws InputError if a mesh cannot be loaded or if the objects are too small.
     explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells);
     ~SceneGeometry();
 
@@ -32,19 +32,19 @@ public:
     const Geometry* kernel_view() const;
     /// Returns the objects in the order of the scene file.
     const std::vector<ObjectGeometry>& objects() const;
-    /// Returns true if two points of a surface, on the given primitives, lie on the same face, so that a texture or
-    /// checker may be averaged between them. On a box or room, this is one of the six faces. On a mesh, the segment
-    /// between the points must be within 30° of both triangles, so that points on separate parts are excluded. Other
-    /// shapes have only one face.
+    /// Returns true if two points of a surface lie on the same face, so that a texture or checker may be averaged
+    /// between them. A primitive is the index of the triangle that contains a point. Boxes and rooms have six faces. On
+    /// a mesh, two points are on the same face if the segment between them is within 30° of the planes of both
+    /// triangles; this excludes points on separate parts. Other shapes have only one face.
     bool on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                      std::uint32_t other_primitive, const Double3& other) const;
-    /// Returns remarks on objects for the user, such as the number of triangles without area; one line each.
+                      std::uint32_t other_primitive, const Double3& other_point) const;
+    /// Returns remarks on objects, such as the number of triangles without area. Each is one line of text for the user.
     const std::vector<std::string>& remarks() const;
     /// Returns the distance from `space.center` to the nearest surface, or `limit` if that is smaller.
     double distance_from_center(double limit) const;
-    /// Returns true if a point of a surface is at most `radius` away from `space.center`.
+    /// Returns true if any point of a surface is at most `radius` away from `space.center`.
     bool comes_within(std::uint32_t surface, double radius) const;
-    /// Returns the diagonal of the box around all objects, in scene units; 0 without objects.
+    /// Returns the diagonal of the bounding box of all objects, in scene units; 0 without objects.
     double diagonal() const;
 
 private:

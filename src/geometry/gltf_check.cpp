@@ -28,8 +28,8 @@ std::uint32_t little_endian(const std::string& bytes, std::size_t offset) {
     return value;
 }
 
-/// Returns the JSON text of a file. In a binary file it is the first chunk. The 20 bytes before it contain "glTF", the
-/// version, the file's length, and the length and type of the chunk.
+/// Returns the JSON text of a file. In a binary file, this text is the first chunk. The 20 bytes before the text
+/// contain "glTF", the version, the file's length, and the length and type of the chunk.
 std::string json_text(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -43,7 +43,7 @@ std::string json_text(const std::string& path) {
     return text;
 }
 
-json parsed(const std::string& path, const std::string& text) {
+json parse_json(const std::string& path, const std::string& text) {
     return json::parse(text, [&](int depth, json::parse_event_t, const json&) {
         if (depth > max_depth)
             refuse(path, "brackets are nested deeper than the limit of " + std::to_string(max_depth));
@@ -54,7 +54,7 @@ json parsed(const std::string& path, const std::string& text) {
 /// Checks that every node has at most one parent and at most 1000 ancestors, so that the nodes form trees. Nodes are
 /// identified by their index in an array, or in version 1 of glTF by the keys of an object.
 void check_nodes(const std::string& path, const json& nodes) {
-    std::map<std::string, std::string> parents;
+    std::map<std::string, std::string> parents;  // the parent of each child
     for (const auto& [name, node] : nodes.items()) {
         for (const json& child : node.value("children", json::array())) {
             const std::string text = child.is_string() ? child.get<std::string>() : child.dump();
@@ -64,7 +64,7 @@ void check_nodes(const std::string& path, const json& nodes) {
     }
     for (const auto& [name, node] : nodes.items()) {
         int depth = 0;
-        for (auto above = parents.find(name); above != parents.end(); above = parents.find(above->second))
+        for (auto parent = parents.find(name); parent != parents.end(); parent = parents.find(parent->second))
             if (++depth > max_depth)
                 refuse(path, "node " + name + " is nested more than " + std::to_string(max_depth) +
                                  " nodes deep, or it belongs to a cycle of nodes");
@@ -82,7 +82,7 @@ bool is_gltf(const std::string& path) {
 
 void check_gltf(const std::string& path) {
     try {
-        const json file = parsed(path, json_text(path));
+        const json file = parse_json(path, json_text(path));
         check_nodes(path, file.value("nodes", json::array()));
     } catch (const json::exception& error) {
         const std::string reason = error.what();  // the reason follows the exception's name, which is in brackets

@@ -1,5 +1,5 @@
-// The only file that includes assimp. assimp accepts vertices that are not finite and indices that are out of range, so
-// this file checks all data.
+// This is the only file that includes assimp. assimp accepts vertices that are not finite and indices that are out of
+// range, so this file checks all data.
 #include "geometry/mesh.h"
 
 #include "geometry/gltf_check.h"
@@ -22,13 +22,13 @@ namespace kagero {
 
 namespace {
 
-/// Mesh in the coordinates of its file, with counts of data that is missing or left out.
+/// Mesh in the coordinates of its file, with counts of data that is missing or left out. A part of a file is an aiMesh.
 struct ImportedMesh {
     TriangleMesh mesh;
-    bool has_normals = false, has_uv = false;  ///< True if a part of the file has normals or texture coordinates.
+    bool has_normals = false, has_uv = false;  ///< True if any part of the file has normals or texture coordinates.
     std::size_t points_and_lines = 0;          ///< Number of points and lines, which are left out.
     std::size_t vertices_without_uv = 0;       ///< Number of vertices without texture coordinates.
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings;         ///< Messages of the importer about data that it leaves out.
 };
 
 [[noreturn]] void refuse(const ObjectDescription& object, const std::string& message) {
@@ -49,6 +49,7 @@ Double3 transformed_normal(const aiMatrix4x4& m, const aiVector3D& normal) {
     return scaled(transformed, dot(x, yz) < 0 ? -1 : 1);
 }
 
+/// Appends the vertices of a part. `to_file` transforms coordinates of the part to coordinates of the file.
 void append_vertices(const ObjectDescription& object, const aiMesh& part, const aiMatrix4x4& to_file,
                      ImportedMesh& out) {
     for (unsigned i = 0; i < part.mNumVertices; ++i) {
@@ -76,8 +77,8 @@ void append_vertices(const ObjectDescription& object, const aiMesh& part, const 
 }
 
 void append_part(const ObjectDescription& object, const aiMesh& part, const aiMatrix4x4& to_file, ImportedMesh& out) {
-    const std::size_t first = out.mesh.vertices.size() / 3;
-    if (first + part.mNumVertices > std::size_t{1} << 31)
+    const std::size_t first_vertex = out.mesh.vertices.size() / 3;
+    if (first_vertex + part.mNumVertices > std::size_t{1} << 31)
         refuse(object, "the file has more vertices than the limit of 2^31");
     append_vertices(object, part, to_file, out);
     for (unsigned f = 0; f < part.mNumFaces; ++f) {
@@ -87,13 +88,13 @@ void append_part(const ObjectDescription& object, const aiMesh& part, const aiMa
             continue;
         }
         for (unsigned k = 0; k < 3; ++k) {
-            out.mesh.triangles.push_back(static_cast<std::uint32_t>(first + face.mIndices[k]));
+            out.mesh.triangles.push_back(static_cast<std::uint32_t>(first_vertex + face.mIndices[k]));
         }
     }
 }
 
-/// Appends the parts of a node and of all its descendants, in the coordinates of the file. The recursion is as deep as
-/// the tree of nodes.
+/// Appends the parts of a node and of all its descendants, in the coordinates of the file. `parent` transforms
+/// coordinates of the parent node to coordinates of the file. The recursion is as deep as the tree of nodes.
 void append_node(const ObjectDescription& object, const aiScene& file, const aiNode& node, const aiMatrix4x4& parent,
                  ImportedMesh& out) {
     const aiMatrix4x4 to_file = parent * node.mTransformation;
@@ -101,8 +102,8 @@ void append_node(const ObjectDescription& object, const aiScene& file, const aiN
     for (unsigned i = 0; i < node.mNumChildren; ++i) append_node(object, file, *node.mChildren[i], to_file, out);
 }
 
-/// Maximum number of corners of a face. The triangulation of a face with this number takes seconds, and the time grows
-/// with its square.
+/// Maximum number of corners of a face. The triangulation of a face with so many corners takes seconds; its time grows
+/// with the square of the number.
 constexpr unsigned max_corners = 30000;
 
 /// Checks the sizes and vertex indices of all faces. This precedes triangulation, which uses the indices unchecked.
@@ -195,16 +196,16 @@ Matrix rotation(const Double3& degrees) {
     for (std::size_t i = 0; i < 3; ++i) {
         const double quarters = degrees[i] / 90;
         const double angle = degrees[i] * (std::numbers::pi / 180);
-        const bool exact = quarters == std::floor(quarters);
-        c[i] = exact ? std::round(std::cos(angle)) : std::cos(angle);
-        s[i] = exact ? std::round(std::sin(angle)) : std::sin(angle);
+        const bool is_multiple_of_90 = quarters == std::floor(quarters);
+        c[i] = is_multiple_of_90 ? std::round(std::cos(angle)) : std::cos(angle);
+        s[i] = is_multiple_of_90 ? std::round(std::sin(angle)) : std::sin(angle);
     }
     return {Double3{c[2] * c[1], c[2] * s[1] * s[0] - s[2] * c[0], c[2] * s[1] * c[0] + s[2] * s[0]},
             Double3{s[2] * c[1], s[2] * s[1] * s[0] + c[2] * c[0], s[2] * s[1] * c[0] - c[2] * s[0]},
             Double3{-s[1], c[1] * s[0], c[1] * c[0]}};
 }
 
-/// Transforms a mesh from the coordinates of its file to those relative to `space.center`.
+/// Transforms a mesh from the coordinates of its file to coordinates relative to `space.center`.
 void transform_to_space(const ObjectDescription& object, const Double3& space_center, TriangleMesh& mesh) {
     const Matrix matrix = rotation(object.rotate);
     const Double3 shift = subtract(object.translate, space_center);
@@ -226,24 +227,25 @@ void transform_to_space(const ObjectDescription& object, const Double3& space_ce
 }
 
 /// Removes triangles without area and returns their number.
-std::size_t drop_degenerate(TriangleMesh& mesh) {
+std::size_t remove_degenerate(TriangleMesh& mesh) {
     std::vector<std::uint32_t> kept;
     for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
         const std::uint32_t* corner = &mesh.triangles[i];
         const Double3 a = subtract(vertex(mesh, corner[1]), vertex(mesh, corner[0]));
         const Double3 b = subtract(vertex(mesh, corner[2]), vertex(mesh, corner[0]));
-        // In units of the longest edge, an area below the rounding error of the cross product counts as zero.
+        // In units of the squared longest edge, twice an area below the rounding error of the cross product counts as
+        // zero.
         const double longest = std::max({length(a), length(b), length(subtract(b, a))});
-        const double area = longest > 0 ? length(cross(scaled(a, 1 / longest), scaled(b, 1 / longest))) : 0;
-        if (area > 4 * std::numeric_limits<double>::epsilon()) kept.insert(kept.end(), corner, corner + 3);
+        const double doubled_area = longest > 0 ? length(cross(scaled(a, 1 / longest), scaled(b, 1 / longest))) : 0;
+        if (doubled_area > 4 * std::numeric_limits<double>::epsilon()) kept.insert(kept.end(), corner, corner + 3);
     }
-    const std::size_t dropped = (mesh.triangles.size() - kept.size()) / 3;
+    const std::size_t removed = (mesh.triangles.size() - kept.size()) / 3;
     mesh.triangles = std::move(kept);
-    return dropped;
+    return removed;
 }
 
-/// Returns a bound on the displacement of vertices by rounding to single precision, divided by the size of the mesh.
-/// Files are read in single precision.
+/// Returns a bound on the displacement of vertices by rounding to single precision, in which the importer reads files.
+/// The bound is relative to the size of the mesh.
 double relative_rounding(const TriangleMesh& mesh) {
     double size = 0, farthest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -266,27 +268,28 @@ TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_cen
     TriangleMesh& mesh = imported.mesh;
     if (!imported.has_normals) mesh.normals.clear();
     if (!imported.has_uv) mesh.uv.clear();
-    constexpr double visible = 1e-3;  // displacement, relative to the size of the mesh
+    constexpr double visible_displacement = 1e-3;  // relative to the size of the mesh
     const double displacement = relative_rounding(mesh);
     transform_to_space(object, space_center, mesh);
-    const std::size_t degenerate = drop_degenerate(mesh);
+    const std::size_t degenerate = remove_degenerate(mesh);
     if (mesh.triangles.empty()) refuse(object, "the file has no triangle with a nonzero area");
-    const std::string start = "object " + object.name + ": ";
-    for (const std::string& warning : imported.warnings) remarks.push_back(start + warning);
-    if (degenerate > 0) remarks.push_back(start + std::to_string(degenerate) + " triangles without area were left out");
+    const std::string prefix = "object " + object.name + ": ";
+    for (const std::string& warning : imported.warnings) remarks.push_back(prefix + warning);
+    if (degenerate > 0)
+        remarks.push_back(prefix + std::to_string(degenerate) + " triangles without area were left out");
     if (imported.points_and_lines > 0)
-        remarks.push_back(start + std::to_string(imported.points_and_lines) + " points or lines were left out");
+        remarks.push_back(prefix + std::to_string(imported.points_and_lines) + " points or lines were left out");
     if (mesh.uv.empty() && object.paint.kind != Paint::Kind::color) {
-        remarks.push_back(start +
+        remarks.push_back(prefix +
                           "the file has no texture coordinates, so the whole mesh gets the colour of the texture or "
                           "checker at u = v = 0");
     } else if (imported.vertices_without_uv > 0 && object.paint.kind != Paint::Kind::color) {
-        remarks.push_back(start + std::to_string(imported.vertices_without_uv) +
+        remarks.push_back(prefix + std::to_string(imported.vertices_without_uv) +
                           " vertices without texture coordinates get the colour of the texture or checker at "
                           "u = v = 0");
     }
-    if (displacement > visible)
-        remarks.push_back(start + "the file is read in single precision, which displaces vertices by up to " +
+    if (displacement > visible_displacement)
+        remarks.push_back(prefix + "the file is read in single precision, which displaces vertices by up to " +
                           to_toml(displacement) +
                           " of the mesh's size, because the mesh is far from the origin of the file. Move it to the "
                           "origin in the file, and use the key translate");

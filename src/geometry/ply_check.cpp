@@ -26,9 +26,9 @@ struct Element {
     std::vector<Property> properties;
 };
 
-enum class PlyFormat { ascii, little, big };
+enum class PlyFormat { ascii, little_endian, big_endian };
 
-/// Header of a PLY file, and the position of the reader.
+/// Header of a PLY file, and the number of lines that have been read.
 struct Ply {
     std::string path;
     PlyFormat format = PlyFormat::ascii;
@@ -56,13 +56,14 @@ std::size_t size_of(const std::string& type) {
 
 PlyFormat format_of(const std::string& word, const Ply& ply) {
     if (word == "ascii") return PlyFormat::ascii;
-    if (word == "binary_little_endian") return PlyFormat::little;
-    if (word == "binary_big_endian") return PlyFormat::big;
+    if (word == "binary_little_endian") return PlyFormat::little_endian;
+    if (word == "binary_big_endian") return PlyFormat::big_endian;
     refuse(ply, "PLY: format " + word +
                     " is not known; legal formats are ascii, binary_little_endian and "
                     "binary_big_endian");
 }
 
+/// Reads one line without its line end, and counts it. Returns false at the end of the file.
 bool next_line(std::istream& file, Ply& ply, std::string& line) {
     if (!std::getline(file, line)) return false;
     ++ply.lines;
@@ -115,9 +116,9 @@ void read_header(std::istream& file, Ply& ply) {
     refuse(ply, "PLY: the file ends inside the header; the line end_header is missing");
 }
 
-[[noreturn]] void refuse_truncated(const Ply& ply, const Element& element, std::uint64_t got) {
+[[noreturn]] void refuse_truncated(const Ply& ply, const Element& element, std::uint64_t found) {
     refuse(ply, "PLY: the header declares " + std::to_string(element.count) + " elements \"" + element.name +
-                    "\", but the file ends after " + std::to_string(got) + " complete ones");
+                    "\", but the file ends after " + std::to_string(found) + " complete ones");
 }
 
 /// Checks one element of a text file. An element occupies one line.
@@ -125,7 +126,7 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
     if (std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; }))
         refuse(ply, "PLY: the line of an element \"" + element.name + "\" contains a control character");
     std::istringstream words(line);
-    std::uint64_t expected = 0, got = 0;
+    std::uint64_t expected = 0, found = 0;
     std::string word;
     for (const Property& property : element.properties) {
         std::uint64_t count = 1;
@@ -135,15 +136,15 @@ void check_text_element(const Ply& ply, const Element& element, const std::strin
             if (count > line.size())
                 refuse(ply, "PLY: a list of an element \"" + element.name +
                                 "\" declares more entries than its line has characters");
-            ++got;
+            ++found;
         }
         expected += count;
-        for (std::uint64_t i = 0; i < count && words >> word; ++i) ++got;
+        for (std::uint64_t i = 0; i < count && words >> word; ++i) ++found;
     }
-    while (words >> word) ++got;
-    if (got == expected) return;
+    while (words >> word) ++found;
+    if (found == expected) return;
     refuse(ply, "PLY: expected " + std::to_string(expected) + " numbers for an element \"" + element.name + "\", got " +
-                    std::to_string(got));
+                    std::to_string(found));
 }
 
 void check_text(std::istream& file, Ply& ply) {
@@ -164,22 +165,24 @@ void check_text(std::istream& file, Ply& ply) {
         refuse(ply, "PLY: the file contains more data after the last element that its header declares");
 }
 
-std::uint64_t read_count(const char* bytes, std::size_t size, bool big) {
+/// Decodes an unsigned integer of `size` bytes: the number of entries of a list.
+std::uint64_t read_count(const char* bytes, std::size_t size, bool big_endian) {
     std::uint64_t value = 0;
     for (std::size_t i = 0; i < size; ++i) {
-        value = value << 8 | static_cast<unsigned char>(bytes[big ? i : size - 1 - i]);
+        value = value << 8 | static_cast<unsigned char>(bytes[big_endian ? i : size - 1 - i]);
     }
     return value;
 }
 
-/// Returns the size in bytes of the binary element at `bytes`, or more than `left` if the file is too short for it.
-std::size_t binary_size(const Element& element, const char* bytes, std::size_t left, bool big) {
+/// Returns the size in bytes of the binary element at `bytes`. Returns more than `left`, the number of remaining bytes,
+/// if the file ends within the element.
+std::size_t binary_size(const Element& element, const char* bytes, std::size_t left, bool big_endian) {
     std::size_t size = 0;
     for (const Property& property : element.properties) {
         std::uint64_t count = 1;
         if (property.count_size > 0) {
             if (size + property.count_size > left) return left + 1;
-            count = read_count(bytes + size, property.count_size, big);
+            count = read_count(bytes + size, property.count_size, big_endian);
             size += property.count_size;
         }
         if (count > (left - std::min(left, size)) / property.size) return left + 1;
@@ -195,9 +198,9 @@ void check_binary(std::istream& file, Ply& ply) {
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {
             const std::size_t size =
-                binary_size(element, body.data() + offset, body.size() - offset, ply.format == PlyFormat::big);
+                binary_size(element, body.data() + offset, body.size() - offset, ply.format == PlyFormat::big_endian);
             if (size > body.size() - offset) refuse_truncated(ply, element, i);
-            if (size == 0) break;
+            if (size == 0) break;  // all elements without properties occupy no bytes
             offset += size;
         }
     }

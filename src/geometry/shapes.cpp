@@ -7,13 +7,13 @@ namespace kagero {
 
 namespace {
 
-/// Appends two triangles that form a parallelogram, with u and v from 0 to 1 along its edges.
+/// Appends two triangles that form a parallelogram. u and v increase from 0 to 1 along edge_u and edge_v.
 void append_parallelogram(TriangleMesh& mesh, const Double3& corner, const Double3& edge_u, const Double3& edge_v) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size() / 3);
+    const auto first_vertex = static_cast<std::uint32_t>(mesh.vertices.size() / 3);
     const Double3 corners[] = {corner, add(corner, edge_u), add(add(corner, edge_u), edge_v), add(corner, edge_v)};
     for (const Double3& point : corners) mesh.vertices.insert(mesh.vertices.end(), point.begin(), point.end());
     mesh.uv.insert(mesh.uv.end(), {0, 0, 1, 0, 1, 1, 0, 1});
-    for (const std::uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.triangles.push_back(first + i);
+    for (const std::uint32_t i : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.triangles.push_back(first_vertex + i);
 }
 
 }  // namespace
@@ -50,20 +50,20 @@ TriangleMesh box_mesh(const ObjectDescription& object, const Double3& space_cent
 
 TriangleMesh disk_mesh(const ObjectDescription& object, const Double3& space_center) {
     constexpr std::uint32_t segments = 64;
-    const auto [zero, quarter] = meridians(object.normal);
+    const auto [x_axis, y_axis] = axes_around(object.normal);
     const Double3 center = subtract(object.center, space_center);
     // The inner polygon is inscribed in the inner circle, and the outer polygon encloses the outer circle.
     const double radii[] = {object.inner, object.outer / std::cos(std::numbers::pi / segments) * (1 + 1e-6)};
     TriangleMesh mesh;
     for (std::uint32_t i = 0; i < segments; ++i) {
         const double angle = 2 * std::numbers::pi * i / segments;
-        const Double3 outward = add(scaled(zero, std::cos(angle)), scaled(quarter, std::sin(angle)));
+        const Double3 outward = add(scaled(x_axis, std::cos(angle)), scaled(y_axis, std::sin(angle)));
         for (const double radius : radii) {
             const Double3 point = add(center, scaled(outward, radius));
             mesh.vertices.insert(mesh.vertices.end(), point.begin(), point.end());
         }
-        const std::uint32_t here = 2 * i, next = 2 * ((i + 1) % segments);
-        for (const std::uint32_t index : {here, here + 1, next + 1, here, next + 1, next})
+        const std::uint32_t inner = 2 * i, next_inner = 2 * ((i + 1) % segments);
+        for (const std::uint32_t index : {inner, inner + 1, next_inner + 1, inner, next_inner + 1, next_inner})
             mesh.triangles.push_back(index);
     }
     return mesh;
@@ -81,7 +81,7 @@ std::vector<double> planes_of(const TriangleMesh& mesh) {
     return planes;
 }
 
-std::array<Double3, 2> meridians(const Double3& pole) {
+std::array<Double3, 2> axes_around(const Double3& pole) {
     const Double3 up = unit(pole);
     Double3 zero = subtract({1, 0, 0}, scaled(up, up[0]));
     if (length(zero) < std::sqrt(std::numeric_limits<double>::epsilon())) zero = {0, 0, up[0] > 0 ? -1.0 : 1.0};

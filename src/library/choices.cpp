@@ -49,7 +49,7 @@ RunChoices choices_of(const Plan& plan) {
     if (const auto& trial = plan.method_trial) {
         choices.max_pixel_error = trial->bound;
         choices.estimated_error = trial->estimate;
-        choices.bound_is_met = trial->met;
+        choices.bound_is_met = trial->bound_met;
     }
     choices.remarks = plan.remarks;
     choices.explanation = explanation_text(plan);

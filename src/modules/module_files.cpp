@@ -14,7 +14,7 @@ namespace {
 /// from the program, and in an installation as seen from the library.
 constexpr const char* module_folders[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
 
-/// Returns the folders of the program and of the shared library that contains this function, if it is in one.
+/// Returns the folder of the program and, if a shared library contains this function, the folder of that library.
 std::vector<std::filesystem::path> program_folders() {
     std::vector<std::filesystem::path> folders{std::filesystem::read_symlink("/proc/self/exe").parent_path()};
     Dl_info this_library{};

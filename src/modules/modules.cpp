@@ -27,7 +27,7 @@ constexpr Isa isas[] = {
     {"sse2", [] { return static_cast<bool>(__builtin_cpu_supports("sse2")); }},
 };
 
-/// Returns the names of the instruction sets as a list for a message.
+/// Returns the names of the instruction sets as a list for a message; only supported ones if `supported_only`.
 std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     std::string names;
     for (const IsaInfo& isa : found)
@@ -35,7 +35,7 @@ std::string names_of(const std::vector<IsaInfo>& found, bool supported_only) {
     return names.empty() ? "none" : names;
 }
 
-/// Loads the kernel module of an instruction set. Throws RunError if it belongs to another version of kagero.
+/// Loads the kernel module of an instruction set. Throws RunError if the module belongs to another version of kagero.
 const Module& load_kernels(const IsaInfo& isa) {
     const Module* module = reinterpret_cast<KageroKernels>(open_module(isa.path, "kagero_kernels"))();
     if (module->abi != abi_version)

@@ -18,8 +18,8 @@ struct IsaInfo {
 /// Returns the instruction sets whose modules are installed with the program, best first.
 std::vector<IsaInfo> find_isas();
 
-/// Returns the instruction sets of a list such as "sse2,avx2" that this CPU supports, best first. "all" selects all of
-/// them, "auto" the best one. Throws RunError if no module for this CPU is found.
+/// Returns the instruction sets of a list such as "sse2,avx2" that this CPU supports, best first. The word "all"
+/// selects all supported instruction sets, "auto" the best one. Throws RunError if no module for this CPU is found.
 std::vector<std::string> find_isa_names(const std::string& list);
 
 /// Throws the exceptions of load_module, without loading a module. `option` is the name of the option that states the

@@ -12,7 +12,8 @@ namespace kagero {
 struct Space {
     const Module* module = nullptr;
     std::uint32_t hamiltonian = 0;   ///< Index into Module::hamiltonians.
-    std::vector<double> parameters;  ///< Values in declared order; for a formula, its compiled programs.
+    /// Values in declared order. For a formula: the memory of its programs as Module::compile has written it.
+    std::vector<double> parameters;
     double time_sign = 1;  ///< −1 if `parameters` are those of the time-reversed space, for rays of a falling observer.
 
     const HamiltonianInfo& info() const { return module->hamiltonians[hamiltonian]; }
@@ -21,7 +22,7 @@ struct Space {
     /// Returns the radius |q| of the throat of a wormhole; the second sheet is mapped into this sphere by inversion.
     /// Returns 0 if there is no second sheet.
     double throat_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
-    /// Returns the radius beyond which rays are straight; infinity if there is none.
+    /// Returns the radius |q| beyond which rays are straight; infinity if the Hamiltonian declares no such radius.
     double bending_radius() const { return module->bending_radius(hamiltonian, parameters.data()); }
     /// Returns the black hole at the origin. Its spin is that of the scene, even if `parameters` are time-reversed.
     Hole hole() const;

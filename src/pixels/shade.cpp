@@ -12,14 +12,14 @@
 namespace kagero {
 namespace {
 
-/// Returns the footprint over which the sky is averaged for an escaped ray. It is large if no other ray of the block
-/// escapes to the same sky, and some are captured or escape to the other sky. Such a ray has passed close to the photon
-/// sphere, where every pixel shows the whole sky many times.
+/// Returns the footprint over which the sky is averaged for an escaped ray. It is large if no other ray of the block of
+/// 2 × 2 pixels escapes to the same sky, and some are captured or escape to the other sky. Such a ray has passed close
+/// to the photon sphere, where every pixel shows the whole sky many times.
 Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
     constexpr double large = 0.5;  // radian
-    const Footprint& fitted = view.far ? footprints.far : footprints.near;
+    const Footprint& fitted = view.on_second_sheet ? footprints.second_sheet : footprints.first_sheet;
     if (!footprints.discontinuous || length(fitted.major) > 0) return fitted;
-    const auto [e1, e2] = meridians(view.direction);
+    const auto [e1, e2] = axes_around(view.direction);
     return {scaled(e1, large), scaled(e2, large)};
 }
 
@@ -37,7 +37,8 @@ Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& f
             return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
                                                 redshift_of(plan, ray), ray.patch);
         case Status::escaped:
-            return plan.scene->paints->sky_color(ray.sky.direction, ray.sky.far, filter_of(ray.sky, footprints));
+            return plan.scene->paints->sky_color(ray.sky.direction, ray.sky.on_second_sheet,
+                                                 filter_of(ray.sky, footprints));
         default:
             return {0, 0, 0};
     }
@@ -78,8 +79,8 @@ void write_color(const Pixel& pixel, float* color) {
 Footprint sky_footprint(const Pixel& pixel) {
     const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
-    const Footprint& f = ray.sky.far ? pixel.footprints.far : pixel.footprints.near;
-    const double enlargement = std::sqrt(double(pixel.rays.size()));  // from one ray to the whole pixel
+    const Footprint& f = ray.sky.on_second_sheet ? pixel.footprints.second_sheet : pixel.footprints.first_sheet;
+    const double enlargement = std::sqrt(double(pixel.rays.size()));  // `footprints` are those of one ray
     return {scaled(f.major, enlargement), scaled(f.minor, enlargement)};
 }
 
@@ -131,7 +132,7 @@ double object_of(const Pixel& pixel) {
     return end.status == Status::hit ? end.surface + 1 : 0;
 }
 
-/// Computation of one layer of the table in src/film/film.cpp.
+/// The function that computes a layer. `layer` is a name in the table of src/film/film.cpp.
 struct LayerWriter {
     const char* layer;
     unsigned needs;  ///< Bits of Need.
@@ -160,7 +161,7 @@ constexpr LayerWriter layer_writers[] = {
 
 const LayerWriter& writer_of(const std::string& layer) {
     const auto writer = std::find_if(std::begin(layer_writers), std::end(layer_writers),
-                                     [&](const LayerWriter& one) { return one.layer == layer; });
+                                     [&](const LayerWriter& candidate) { return candidate.layer == layer; });
     if (writer == std::end(layer_writers))
         throw RunError("the layer " + layer + " has no function in the table of src/pixels/shade.cpp; add one");
     return *writer;
@@ -178,7 +179,7 @@ unsigned needs_of(const Film& film) {
 
 int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
     return ray.end->status == Status::escaped
-               ? plan.scene->paints->sky_probes(ray.sky.far, filter_of(ray.sky, footprints))
+               ? plan.scene->paints->sky_probes(ray.sky.on_second_sheet, filter_of(ray.sky, footprints))
                : 0;
 }
 

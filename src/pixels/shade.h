@@ -12,11 +12,11 @@ namespace kagero {
 
 /// Data that layers need in addition to the ends of rays, as bits of a set.
 enum Need : unsigned {
-    need_start = 1,
-    need_footprint = 2,
-    need_energy_error = 4,
-    need_position_error = 8,
-    need_rounding_error = 16
+    need_start = 1,           ///< PixelSample::ray.
+    need_footprint = 2,       ///< Pixel::footprints.
+    need_energy_error = 4,    ///< RayEnd::energy_error.
+    need_position_error = 8,  ///< EndError::position.
+    need_rounding_error = 16  ///< EndError::rounding.
 };
 inline constexpr unsigned need_any_error = need_energy_error | need_position_error | need_rounding_error;
 
@@ -25,7 +25,7 @@ unsigned needs_of(const std::string& layer);
 /// Returns the data that all layers of a film need, as bits of Need.
 unsigned needs_of(const Film& film);
 
-/// Returns the number of probes in the sky's image for the colour of a ray. They dominate the cost of the colour.
+/// Returns the number of probes in the sky's image for the colour of a ray. Probes dominate the cost of the colour.
 int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints);
 
 /// Data from which a pixel is computed.

@@ -8,9 +8,11 @@
 namespace kagero {
 namespace {
 
-/// Data of rays that shading needs in addition to their ends. Other data is left empty.
+/// Data that shading needs in addition to the ends of rays. Members of PixelSample that are not needed are not set.
 struct RequiredData {
-    bool starts, footprints, patches;
+    bool starts;      ///< True if PixelSample::ray is needed.
+    bool footprints;  ///< True if footprints on the sky are needed.
+    bool patches;     ///< True if PixelSample::patch is needed.
 
     RequiredData(const Plan& plan, const Film& film)
         : starts(needs_of(film) & need_start), footprints(needs_footprints(plan, film)),
@@ -29,8 +31,8 @@ struct TracedTile {
     const std::vector<EndError>& errors;
 };
 
-/// Fills `rays` with the rays of a row of pixels that starts at (x, y); they are consecutive in the tile. Patches are
-/// not set, nor are the skies of rays that do not escape.
+/// Fills `rays` with the rays of a row of pixels that starts at (x, y); these rays are consecutive in the tile. Patches
+/// are not set, nor are the sky views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
     const auto& [plan, tile, ends, list, errors] = traced;

@@ -12,20 +12,21 @@ namespace {
 
 /// The decisions in the order in which they were added.
 struct DecisionList {
-    std::vector<Decision> all{};
+    std::vector<Decision> decisions{};
 
-    /// Adds a feature. The reason is printed only if the feature is not used.
+    /// Adds a feature that is used, or that is left out for this reason.
     void add(bool used, const std::string& feature, const std::string& reason) {
-        all.push_back({feature, used, reason});
+        decisions.push_back({feature, used, reason});
     }
-    void add_used(const std::string& feature) { all.push_back({feature, true, {}}); }
+    void add_used(const std::string& feature) { decisions.push_back({feature, true, {}}); }
 };
 
 constexpr const char* all_rays_straight = "every ray is straight with these parameters";
 constexpr const char* no_symmetry = "integrator.symmetry = \"none\"";
 
-/// Returns the properties of the Hamiltonian. The properties of a formula depend on the keys that the scene states.
-HamiltonianInfo properties_of_space(const Scene& scene) {
+/// Returns the properties of the integrated Hamiltonian. Those of a formula depend on the keys that the scene states.
+/// If the scene states an expression for Ω, no coordinate is treated as cyclic.
+HamiltonianInfo integrated_properties(const Scene& scene) {
     HamiltonianInfo info = scene.space.info();
     if (const auto& formula = scene.description.space.formula) {
         info.bounded = !formula->domain.empty();
@@ -48,68 +49,70 @@ const char* supported_orbit_method(const Scene& scene) {
     return nullptr;
 }
 
-/// Returns true if the integrated Hamiltonian has the form |p|²/2 + V(q), the only form that Nyström methods support.
+/// Returns true if the integrated Hamiltonian has the form |p|²/2 + V(q). The Nyström methods, which are the methods
+/// with `drift_kick`, support only this form.
 bool is_separable(const Scene& scene, const RunConfig& run) {
     for (std::uint32_t i = 0; i < scene.module().integrator_count; ++i)
         if (scene.module().integrators[i].drift_kick) return !refusal_of(scene, i, run.method.rescaled);
     return false;
 }
 
-/// Returns the reason why rays are not integrated in the orbit plane.
-std::string reason_against_orbit_plane(const Scene& scene, const HamiltonianInfo& space, bool tuned) {
+/// Returns the reason why a run whose method is not an orbit-plane method does not use the orbit plane.
+std::string reason_against_orbit_plane(const Scene& scene, const HamiltonianInfo& properties, bool method_from_trial) {
     if (scene.straight) return all_rays_straight;
-    if (const char* method = supported_orbit_method(scene); method && !space.orbit_method)
+    if (const char* method = supported_orbit_method(scene); method && !properties.orbit_method)
         return std::string("it is not the default of the space; integrator.method = \"") + method + "\" selects it";
-    if (!space.orbit_method) return "the space declares no potential for the orbit plane";
+    if (!properties.orbit_method) return "the space declares no potential for the orbit plane";
     if (!scene.description.integrator.use_symmetry) return no_symmetry;
-    if (tuned) return "the trial found that the general path is cheaper";
+    if (method_from_trial) return "the trial found that the general path is cheaper";
     return "the scene states a method for the general path, or a step, a tolerance or a rescaling";
 }
 
 /// Returns the cyclic coordinates, on which the integrated Hamiltonian does not depend, as text such as "x, y".
-std::string cyclic_coordinates(const HamiltonianInfo& space) {
+std::string cyclic_coordinates(const HamiltonianInfo& properties) {
     std::string text;
     for (std::size_t i = 0; i < 3; ++i)
-        if (space.cyclic[i]) append_to_list(text, formula_variables[i]);
+        if (properties.cyclic[i]) append_to_list(text, formula_variables[i]);
     return text;
 }
 
 /// Returns the reason why cyclic coordinates are not updated once per step; empty if they are.
-std::string reason_against_cyclic_update(const Scene& scene, const RunConfig& run, const HamiltonianInfo& space) {
+std::string reason_against_cyclic_update(const Scene& scene, const RunConfig& run, const HamiltonianInfo& properties) {
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
     if (scene.straight) return all_rays_straight;
     if (!scene.programs.empty()) return "integrator.rescale is an expression";
-    if (cyclic_coordinates(space).empty()) return "H depends on every coordinate";
+    if (cyclic_coordinates(properties).empty()) return "H depends on every coordinate";
     if (!run.use_symmetry) return no_symmetry;
     if (!method.drift_kick) return std::string(method.name) + " updates all coordinates together";
     return "";
 }
 
 /// Returns the reason why H is integrated without time rescaling.
-std::string reason_against_rescaling(const Scene& scene, const RunConfig& run, const HamiltonianInfo& space) {
+std::string reason_against_rescaling(const Scene& scene, const RunConfig& run, const HamiltonianInfo& properties) {
     if (scene.straight) return all_rays_straight;
-    if (!space.rescales) return "the space declares no rescaling factor";
+    if (!properties.rescales) return "the space declares no rescaling factor";
     if (scene.description.integrator.rescale == "none") return "integrator.rescale = \"none\"";
     return std::string(scene.module().integrators[run.method.integrator].name) +
            " does not support the rescaled Hamiltonian";
 }
 
-/// Adds the variables on which the formula depends, and the momenta that are conserved because their coordinate is
-/// cyclic.
-void formula_decisions(const Scene& scene, const RunConfig& run, DecisionList& list) {
+/// Adds a decision with the variables on which a formula's H depends, and one for each momentum that is constant
+/// because its coordinate is cyclic.
+void add_formula_decisions(const Scene& scene, const RunConfig& run, DecisionList& list) {
     const FormulaDescription& formula = *scene.description.space.formula;
-    const auto variables_of = [&](std::int32_t node) {
+    const auto variables_of = [&](std::int32_t node) {  // one bit per variable, see FormulaScope::variables
         return node < 0 ? 0 : formula.scope.variables[static_cast<std::size_t>(node)];
     };
-    const int occurring = variables_of(formula.parsed.energy), rescaling = variables_of(formula.parsed.rescale);
-    const auto occurs = [&](std::size_t i) { return (occurring >> i & 1) != 0; };
-    std::string variables;
+    const int variables_in_h = variables_of(formula.parsed.energy);
+    const int variables_in_omega = variables_of(formula.parsed.rescale);
+    const auto occurs_in_h = [&](std::size_t i) { return (variables_in_h >> i & 1) != 0; };
+    std::string variable_list;
     for (std::size_t i = 0; i < formula_variables.size(); ++i)
-        if (occurs(i)) append_to_list(variables, formula_variables[i]);
-    list.add_used("H as a function of " + variables +
+        if (occurs_in_h(i)) append_to_list(variable_list, formula_variables[i]);
+    list.add_used("H as a function of " + variable_list +
                   (is_separable(scene, run) ? "; the integrated Hamiltonian has the form |p|\u00b2/2 + V(q)" : ""));
     for (std::size_t i = 0; i < 3; ++i)
-        if (!occurs(i) && !(rescaling >> i & 1))
+        if (!occurs_in_h(i) && !(variables_in_omega >> i & 1))
             list.add(false, std::string("equation of motion of ") + formula_variables[i + 3],
                      std::string("H does not depend on ") + formula_variables[i] + ", so " + formula_variables[i + 3] +
                          " is a constant of the motion");
@@ -117,13 +120,13 @@ void formula_decisions(const Scene& scene, const RunConfig& run, DecisionList& l
 
 /// Returns the decisions about the events that end rays and about intersection queries.
 std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
-    const HamiltonianInfo space = properties_of_space(scene);
+    const HamiltonianInfo properties = integrated_properties(scene);
     const Geometry* geometry = scene.geometry->kernel_view();
     DecisionList list;
     const std::string no_objects = "the scene has no objects";
-    list.add(space.bounded, "test for the edge of the domain", "the domain has no edge");
-    list.add(space.captures && !scene.straight, "test for capture",
-             space.captures ? all_rays_straight : "the space captures no rays");
+    list.add(properties.bounded, "test for the edge of the domain", "the domain has no edge");
+    list.add(properties.captures && !scene.straight, "test for capture",
+             properties.captures ? all_rays_straight : "the space captures no rays");
     list.add(geometry,
              "Embree scene of " + std::to_string(geometry ? geometry->surface_count : 0) +
                  (geometry && geometry->surface_count == 1 ? " surface" : " surfaces"),
@@ -141,15 +144,15 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
                                          "trial of a few packets");
     list.add(scene.straight && geometry, "one query for the whole path of a ray",
              geometry ? "rays are bent, so every step is queried separately" : no_objects);
-    return std::move(list.all);
+    return std::move(list.decisions);
 }
 
 /// Returns the decisions about camera rays, pixels and layers.
 std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
     DecisionList list;
     const FilmDescription& film = scene.description.film;
-    const bool kernel_rays = kernel_makes_rays(scene, view);
-    list.add(kernel_rays, "generation of camera rays in the kernel, one packet at a time",
+    const bool kernel_generates_rays = kernel_makes_rays(scene, view);
+    list.add(kernel_generates_rays, "generation of camera rays in the kernel, one packet at a time",
              film.spp > 1                 ? "film.spp > 1"
              : view.solves_each_direction ? "H is not quadratic in p, so the momentum of every direction is solved for"
                                           : "the camera is " + name_of(scene.description.camera.type));
@@ -168,7 +171,7 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
              scene.description.space.formula || !scene.programs.empty()
                  ? "a formula keeps the unit of length in which it is written"
                  : "the size of the scene needs no other unit of length");
-    return std::move(list.all);
+    return std::move(list.decisions);
 }
 
 }  // namespace
@@ -179,66 +182,67 @@ std::string plain_number(double x) {
     return out.str();
 }
 
-std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run, bool tuned) {
-    const HamiltonianInfo space = properties_of_space(scene);
+std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run, bool method_from_trial) {
+    const HamiltonianInfo properties = integrated_properties(scene);
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
-    const bool bent = !scene.straight;
+    const bool rays_bend = !scene.straight;
     DecisionList list;
-    list.add(bent,
+    list.add(rays_bend,
              std::string("integration by ") + method.name +
                  (method.adaptive ? ", tolerance " + plain_number(run.tolerance)
                                   : ", step " + plain_number(stated_step(scene, run))),
              all_rays_straight);
-    list.add(bent,
+    list.add(rays_bend,
              "derivatives of H by reverse automatic differentiation; only \u2202H/\u2202q or \u2202H/\u2202p where the "
              "method needs only one",
              all_rays_straight);
     list.add(false, "equation of motion of p_t", "H does not depend on time, so p_t is a constant of the motion");
-    list.add(bent && method.angular,
+    list.add(rays_bend && method.angular,
              "integration in the orbit plane: two variables and the angle instead of six variables",
-             reason_against_orbit_plane(scene, space, tuned));
-    const std::string against_cyclic = reason_against_cyclic_update(scene, run, space);
+             reason_against_orbit_plane(scene, properties, method_from_trial));
+    const std::string cyclic_reason = reason_against_cyclic_update(scene, run, properties);
     if (!scene.description.space.formula)
-        list.add(against_cyclic.empty(),
-                 against_cyclic.empty()
-                     ? "stratified space: one update per step of " + cyclic_coordinates(space) +
+        list.add(cyclic_reason.empty(),
+                 cyclic_reason.empty()
+                     ? "stratified space: one update per step of " + cyclic_coordinates(properties) +
                            ", on which H does not depend"
                      : "stratified space: one update per step of the coordinates on which H does not depend",
-                 against_cyclic);
+                 cyclic_reason);
     list.add(run.method.rescaled, "time rescaling: integration of \u03a9 (H \u2212 H0) instead of H",
-             reason_against_rescaling(scene, run, space));
-    if (scene.description.space.formula) formula_decisions(scene, run, list);
+             reason_against_rescaling(scene, run, properties));
+    if (scene.description.space.formula) add_formula_decisions(scene, run, list);
     else if (scene.programs.empty()) list.add(false, "interpreter of H", "H and its time rescaling are compiled");
     else list.add_used("interpreter of H: no kernel is compiled for H times " + scene.description.integrator.rescale);
-    const bool implicit = bent && method.implicit && (method.is_collocation || !is_separable(scene, run));
+    const bool implicit = rays_bend && method.implicit && (method.is_collocation || !is_separable(scene, run));
     list.add(implicit,
              std::string("implicit equations, solved in each lane by ") +
                  (method.family == MethodFamily::recipe ? "Newton's method" : "fixed-point iteration"),
-             !bent             ? all_rays_straight
+             !rays_bend        ? all_rays_straight
              : method.implicit ? "the integrated Hamiltonian has the form |p|\u00b2/2 + V(q), for which the steps of "
                                  "this method are explicit"
                                : "the method is explicit");
-    list.add(bent && method.adaptive, "step control in each lane",
-             bent ? "the steps of the method have a fixed length" : all_rays_straight);
-    const bool limits_by_radius = bent && method.adaptive && std::isfinite(run.max_step_radius_ratio);
-    if (limits_by_radius)
+    list.add(rays_bend && method.adaptive, "step control in each lane",
+             rays_bend ? "the steps of the method have a fixed length" : all_rays_straight);
+    const bool radius_limits_steps = rays_bend && method.adaptive && std::isfinite(run.max_step_radius_ratio);
+    if (radius_limits_steps)
         list.add_used(
             "step bound of a quarter of |q|: the space states no length_scale, and longer steps can miss small "
             "features");
     else
-        list.add(bent && space.bounds_steps && !method.angular, "step bound from the length scale of the space",
-                 !bent            ? all_rays_straight
+        list.add(rays_bend && properties.bounds_steps && !method.angular,
+                 "step bound from the length scale of the space",
+                 !rays_bend       ? all_rays_straight
                  : method.angular ? "steps in the orbit plane are angles, which have no length"
                                   : "the space declares no length scale");
-    list.add(bent && space.discontinuous, "splitting of steps at discontinuities of H or its derivatives",
-             !bent                             ? all_rays_straight
+    list.add(rays_bend && properties.discontinuous, "splitting of steps at discontinuities of H or its derivatives",
+             !rays_bend                        ? all_rays_straight
              : scene.description.space.formula ? "a formula declares no discontinuity"
                                                : "H is smooth");
-    list.add(bent && std::isfinite(job_of(scene, {}, run).bending_radius),
+    list.add(rays_bend && std::isfinite(job_of(scene, {}, run).bending_radius),
              "one step through the whole region in which rays are straight",
-             bent ? "the space declares no such region" : all_rays_straight);
-    list.add(bent, "energy test: a step that changes H too much is halved", all_rays_straight);
-    return std::move(list.all);
+             rays_bend ? "the space declares no such region" : all_rays_straight);
+    list.add(rays_bend, "energy test: a step that changes H too much is halved", all_rays_straight);
+    return std::move(list.decisions);
 }
 
 Decisions decisions_of(const Scene& scene, const View& view, const RunConfig& run) {

@@ -1,4 +1,5 @@
-/// The features that a run uses, and the features that it leaves out with the reason. `kagero explain` prints them.
+/// The decisions of a run: the features that it uses, and those that it leaves out, each with the reason. `kagero
+/// explain` prints them.
 #pragma once
 
 #include "plan/run_config.h"
@@ -17,16 +18,17 @@ struct Decision {
 
 /// The decisions of a run, in the order in which `explain` prints them.
 struct Decisions {
-    std::vector<Decision> tuning;   ///< Choice of method, step and precision by trial rays.
-    std::vector<Decision> motion;   ///< Integration of the rays.
-    std::vector<Decision> ends;     ///< Events that end rays, and queries.
-    std::vector<Decision> picture;  ///< Camera rays, pixels and layers.
+    std::vector<Decision> tuning;   ///< About the choice of method, step and precision by trial rays.
+    std::vector<Decision> motion;   ///< About the integration of the rays.
+    std::vector<Decision> ends;     ///< About the events that end rays, and about queries.
+    std::vector<Decision> picture;  ///< About camera rays, pixels and layers.
 };
 
-/// Returns the decisions about the integration. `tuned` is true if trial rays chose the method.
-std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run, bool tuned);
+/// Returns the decisions about the integration. `method_from_trial` is true if trial rays chose the method.
+std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run, bool method_from_trial);
 
-/// Returns all decisions that follow from scene, view and configuration; `tuning` is empty.
+/// Returns all decisions that follow from scene, view and configuration. Decisions::tuning stays empty, because no
+/// trial rays are traced.
 Decisions decisions_of(const Scene& scene, const View& view, const RunConfig& run);
 
 /// Returns a number as text with at most six significant digits.

@@ -9,19 +9,18 @@ namespace kagero {
 namespace {
 
 /// Returns H(q, p).
-double energy(const FormulaDescription& formula, const double (&q)[3], const Double3& p) {
+double value_of_h(const FormulaDescription& formula, const double (&q)[3], const Double3& p) {
     return evaluate(formula.scope, formula.parsed.energy, {q[0], q[1], q[2], p[0], p[1], p[2], formula.parsed.pt});
 }
 
 /// Compiles a formula whose nodes are in `scope`. If the module refuses it, throws InputError with the file position
-/// `location` and the scene key `name`.
+/// `location` of the scene key `key`.
 std::vector<double> compile_nodes(Formula formula, const FormulaScope& scope, const Module& module,
-                                  const FileLocation& location, const std::string& name) {
+                                  const FileLocation& location, const std::string& key) {
     formula.nodes = scope.nodes.data();
     formula.node_count = static_cast<std::uint32_t>(scope.nodes.size());
     std::vector<double> programs(module.program_size);
-    if (const char* reason = module.compile(&formula, programs.data()))
-        throw InputError(location, name + ": " + reason);
+    if (const char* reason = module.compile(&formula, programs.data())) throw InputError(location, key + ": " + reason);
     return programs;
 }
 
@@ -33,28 +32,38 @@ std::vector<double> compile_formula(const FormulaDescription& description, const
 
 std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space) {
     const RescalingDescription& rescaling = *integrator.rescaling;
-    Formula formula{nullptr, 0, -1, -1, -1, -1, rescaling.node, {-1, -1}, space.info().level, 0};
-    formula.hamiltonian = space.hamiltonian;
-    formula.parameters = space.parameters.data();
+    Formula formula{.nodes = nullptr,
+                    .node_count = 0,
+                    .energy = -1,
+                    .domain = -1,
+                    .capture = -1,
+                    .length_scale = -1,
+                    .rescale = rescaling.node,
+                    .parts = {-1, -1},
+                    .level = space.info().level,
+                    .pt = 0,
+                    .hamiltonian = space.hamiltonian,
+                    .parameters = space.parameters.data()};
     return compile_nodes(formula, rescaling.scope, *space.module, *integrator.rescale_location, "integrator.rescale");
 }
 
 StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], double pt) {
-    const auto h = [&](const Double3& p) { return energy(formula, q, p); };
+    const auto h = [&](const Double3& p) { return value_of_h(formula, q, p); };
     constexpr Double3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const double c = h({0, 0, 0});
-    // g and G, from differences that are exact for a quadratic function.
+    // g is the gradient and G the Hessian of H at p = 0. These differences are exact for a quadratic function.
     Double3 gradient{}, hessian[3];
     for (std::size_t i = 0; i < 3; ++i) gradient[i] = 0.5 * (h(axes[i]) - h(scaled(axes[i], -1)));
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t k = 0; k < 3; ++k)
             hessian[i][k] = i == k ? h(axes[i]) + h(scaled(axes[i], -1)) - 2 * c
                                    : h(add(axes[i], axes[k])) - h(axes[i]) - h(axes[k]) + c;
-    // Columns of the adjugate of G; G is symmetric.
+    // Columns of the adjugate det(G) G⁻¹ of the symmetric matrix G.
     const Double3 adjugate[] = {cross(hessian[1], hessian[2]), cross(hessian[2], hessian[0]),
                                 cross(hessian[0], hessian[1])};
     const double determinant = dot(hessian[0], adjugate[0]);
     StartMap map{};
+    // G⁻¹ g
     const Double3 offset{dot(gradient, {adjugate[0][0], adjugate[1][0], adjugate[2][0]}) / determinant,
                          dot(gradient, {adjugate[0][1], adjugate[1][1], adjugate[2][1]}) / determinant,
                          dot(gradient, {adjugate[0][2], adjugate[1][2], adjugate[2][2]}) / determinant};

@@ -13,8 +13,8 @@ std::span<const KernelInfo> kernels_of(const Module& module) { return {module.ke
 
 /// Returns true if the kernel meets the conditions. Without a requested strategy, per-ray kernels are excluded, and
 /// scalar kernels are excluded unless one lane is requested. Gangs are excluded unless their number of lanes is
-/// requested.
-bool meets(const KernelInfo& kernel, const KernelRequest& request) {
+/// requested. Auto-vectorized kernels are always excluded.
+bool meets_request(const KernelInfo& kernel, const KernelRequest& request) {
     if (kernel.form == Form::auto_vectorized) return false;  // Only `compare` uses these kernels.
     if (request.precision && kernel.precision != *request.precision) return false;
     if (request.strategy && kernel.strategy != *request.strategy) return false;
@@ -24,10 +24,10 @@ bool meets(const KernelInfo& kernel, const KernelRequest& request) {
     return kernel.lanes == request.lanes;
 }
 
-/// Returns true if the widest packets are the fastest. In the orbit plane, each operation of a step depends on the
-/// previous one, so the latency is hidden by several independent registers per variable. Measured with `kagero trace
-/// scenes/hole.toml --rays FILE --lanes N --json`.
-bool widest_is_best(const Scene& scene, const MethodChoice& method) {
+/// Returns true if the widest packets are the fastest: in the orbit plane without surfaces. There, each operation of a
+/// step depends on the previous one, and several independent registers per variable hide the latency. Measured with
+/// `kagero trace scenes/hole.toml --rays FILE --lanes N --json`.
+bool prefers_widest_packets(const Scene& scene, const MethodChoice& method) {
     return scene.module().integrators[method.integrator].angular && !scene.geometry->kernel_view() && !scene.straight;
 }
 
@@ -41,11 +41,11 @@ std::string text_of(const KernelRequest& request) {
 }
 
 /// Returns the numbers of lanes, as text, of the kernels that meet all conditions except the requested number of lanes.
-std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelRequest request) {
+std::string available_lanes_text(const Scene& scene, const MethodChoice& method, KernelRequest request) {
     std::vector<std::uint32_t> lanes;
     for (const KernelInfo& kernel : kernels_of(scene.module())) {
         request.lanes = kernel.lanes;
-        if (meets(kernel, request) && !refusal_of(scene, kernel, method)) lanes.push_back(kernel.lanes);
+        if (meets_request(kernel, request) && !refusal_of(scene, kernel, method)) lanes.push_back(kernel.lanes);
     }
     std::sort(lanes.begin(), lanes.end());
     lanes.erase(std::unique(lanes.begin(), lanes.end()), lanes.end());
@@ -54,18 +54,18 @@ std::string lanes_text(const Scene& scene, const MethodChoice& method, KernelReq
     return text;
 }
 
-/// Returns the first kernel that meets the conditions and supports scene and method. If the widest packets are the
-/// fastest, returns the kernel with the widest packets. Returns null if no kernel supports both. `reason` receives the
-/// reason of the last kernel that does not.
+/// Returns the first kernel that meets the conditions and supports scene and method, or the one with the widest packets
+/// if these are the fastest. Returns null if there is no such kernel. `reason` receives the reason why the last of the
+/// kernels that meet the conditions does not support scene or method.
 const KernelInfo* supporting_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request,
                                     std::string& reason) {
     const KernelInfo* chosen = nullptr;
     for (const KernelInfo& kernel : kernels_of(scene.module())) {
-        if (!meets(kernel, request)) continue;
+        if (!meets_request(kernel, request)) continue;
         const char* refusal = refusal_of(scene, kernel, method);
         if (refusal) reason = refusal;
-        else if (!chosen ||
-                 (widest_is_best(scene, method) && kernel.strategy == Strategy::packet && kernel.lanes > chosen->lanes))
+        else if (!chosen || (prefers_widest_packets(scene, method) && kernel.strategy == Strategy::packet &&
+                             kernel.lanes > chosen->lanes))
             chosen = &kernel;
     }
     return chosen;
@@ -96,7 +96,7 @@ const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, 
                                 " and these conditions: " + text_of(request);
     const FileLocation location = scene.description.integrator.lanes_location.value_or(FileLocation{});
     if (!reason.empty()) throw InputError(location, message + "; reason: " + reason);
-    const std::string lanes = lanes_text(scene, method, request);
+    const std::string lanes = available_lanes_text(scene, method, request);
     throw InputError(location, message + (lanes.empty() ? std::string("; `kagero list strategies` shows the kernels")
                                                         : "; available numbers of lanes: " + lanes));
 }

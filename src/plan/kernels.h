@@ -25,11 +25,11 @@ KernelRequest make_kernel_request(const Scene& scene, const Options& options);
 /// InputError with the available numbers of lanes.
 const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request);
 
-/// Returns the same kernel as choose_kernel. If there is none, returns null instead of throwing an exception.
+/// Returns the same kernel as choose_kernel, or null if there is none.
 const KernelInfo* find_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request);
 
-/// Returns null if the kernel supports the scene's space with the method, else the reason. Checks only the
-/// kernel; refusal_of in scene.h checks the module.
+/// Returns null if the kernel supports the scene's space with the method, else the reason. Does not check whether the
+/// method itself supports the space; refusal_of in scene.h checks that.
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method);
 
 }  // namespace kagero

@@ -8,10 +8,10 @@
 
 namespace kagero {
 
-/// The shape and order of the tiles of a picture. No pixel depends on it.
+/// The shape of the tiles of a picture, and the order in which they are rendered. Pixels do not depend on the schedule.
 enum class Schedule {
-    scanline,   ///< Rows from top to bottom, as in Satoh (2003). A tile is as high as a packet and as wide as the
-                ///< picture, but has at most 32768 rays.
+    scanline,   ///< Rows from top to bottom, as in Satoh (2003). A tile is as high as the highest packet, 8 pixels, and
+                ///< as wide as the picture, but has at most 32768 rays.
     tiles,      ///< Squares, row by row.
     predicted,  ///< Squares in descending order of the cost that a sparse first pass predicts.
 };
@@ -29,8 +29,8 @@ struct Options {
     Tile crop{};           ///< Pixels of the film, half-open; all 0: the whole film.
     /// Observer in whose rest frame the directions of a ray list are given. Empty: they are given in coordinates.
     std::optional<ObserverKind> observer;
-    bool energy_error = false;  ///< Measures the energy error along every ray.
-    bool parameter = false;     ///< Computes λ at the ends of a ray list.
+    bool energy_error = false;  ///< True: the energy error is measured along every ray.
+    bool parameter = false;     ///< True: λ is computed at the ends of a ray list.
 };
 
 }  // namespace kagero

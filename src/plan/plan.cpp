@@ -10,18 +10,18 @@
 namespace kagero {
 namespace {
 
-/// Adds a remark for each constant and helper that no formula uses; its name may be misspelt.
+/// Adds a remark for each entry of [space.constants] and [space.let] that no formula uses; its name may be misspelt.
 void remark_on_names(const FormulaDescription& formula, std::vector<std::string>& remarks) {
     std::vector<std::string> used;
-    const auto for_each = [&](const auto& visit) {
+    const auto for_each_name = [&](const auto& visit) {
         for (const auto& [name, value] : formula.constants)
             if (name != "pt") visit("constants", name);
         for (const auto& [name, text] : formula.helpers) visit("let", name);
     };
-    for_each([&](const char*, const std::string& name) {
+    for_each_name([&](const char*, const std::string& name) {
         if (formula.scope.used_names.contains(name)) used.push_back(name);
     });
-    for_each([&](const char* table, const std::string& name) {
+    for_each_name([&](const char* table, const std::string& name) {
         if (formula.scope.used_names.contains(name)) return;
         const std::string near = near_match(name, used);
         remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" +
@@ -39,19 +39,19 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
     std::vector<std::string> remarks = scene.geometry->remarks();
     const auto add_remark = [&](const std::string& remark) { remarks.push_back(remark); };
-    const bool picture = purpose == Purpose::picture, bounded = integrator.max_pixel_error > 0;
+    const bool is_picture = purpose == Purpose::picture, has_error_bound = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
-    if (bounded && !picture)
+    if (has_error_bound && !is_picture)
         add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
                    method.name + " with its stated or default step");
     if (integrator.max_steps > max_float_steps && run.kernel->precision == Precision::float32)
         add_remark("integrator.max_steps = " + std::to_string(integrator.max_steps) +
                    " is more than float can count: rays end after " + std::to_string(max_float_steps) +
                    " steps; choose --precision double");
-    if (integrator.tolerance_location && !scene.straight && !method.adaptive && !(picture && bounded))
+    if (integrator.tolerance_location && !scene.straight && !method.adaptive && !(is_picture && has_error_bound))
         add_remark(std::string("integrator.tolerance has no effect: ") + method.name +
                    " takes steps of fixed length, which integrator.step sets");
-    if (picture && description.camera.fov_location && description.camera.type != CameraType::perspective)
+    if (is_picture && description.camera.fov_location && description.camera.type != CameraType::perspective)
         add_remark("camera.fov has no effect: the camera is " + name_of(description.camera.type));
     for (std::size_t i = 0; i < description.objects.size(); ++i) {
         const ObjectDescription& object = description.objects[i];

@@ -1,4 +1,5 @@
-/// The plan of a run: all decisions that follow from the scene and the options. No ray is traced to make it.
+/// The plan of a run: all decisions that follow from the scene and the options. Plans are made without tracing rays;
+/// functions of src/tuning then change the decisions that depend on trial rays.
 #pragma once
 
 #include "plan/decisions.h"
@@ -8,20 +9,22 @@ namespace kagero {
 
 /// The result of the trial that chooses the method, if the scene bounds the pixel error.
 struct MethodTrial {
-    std::uint64_t rays = 0;
-    double bound = 0;            ///< Pixel error that the scene permits, in pixels.
-    double estimate = 0;         ///< 99th percentile of the pixel errors of the trial's rays, in pixels.
-    bool met = false;            ///< True if the estimate is within the bound.
-    std::string failure_reason;  ///< Reason why no method is known to meet the bound; empty if `met`.
-    double ill_conditioned = 0;  ///< Share of ill-conditioned rays, which multiply every error by more than 1000. Their
-                                 ///< pixel error is divided by conditioning/1000.
+    std::uint64_t rays = 0;  ///< Number of rays that were traced.
+    double bound = 0;        ///< Pixel error that the scene permits, in pixels.
+    double estimate = 0;     ///< 99th percentile of the pixel error of the trial's rays, or of the uncertainty of the
+                             ///< reference if that is greater.
+    bool bound_met = false;  ///< True if a method was found whose estimate is within the bound.
+    std::string failure_reason;  ///< Reason why no method is known to meet the bound; empty if `bound_met`.
+    /// Share of ill-conditioned rays, whose conditioning exceeds 1000. Their pixel error is divided by
+    /// conditioning/1000.
+    double ill_conditioned_share = 0;
 };
 
 /// The result of the trial that chooses the precision, if the options leave it open.
 struct PrecisionTrial {
     std::uint64_t rays = 0;         ///< Number of rays that were traced in both precisions; 0: no trial was necessary.
-    double difference = 0;          ///< 99th percentile of the differences between double and float, in pixels.
-    std::string reason_for_double;  ///< Reason why rays are traced in double. Empty: they are traced in float.
+    double difference = 0;          ///< 99th percentile of the distances between ray ends in float and double, pixels.
+    std::string reason_for_double;  ///< Reason why rays are traced in double; empty if they are traced in float.
 };
 
 /// A plan. It is a value: copies share the scene, and a change of one copy does not affect another.
@@ -29,24 +32,24 @@ struct Plan {
     std::shared_ptr<const Scene> scene;
     View view;
     RunConfig run;
-    std::optional<MethodTrial> method_trial;        ///< Set by tuning/.
-    std::optional<PrecisionTrial> precision_trial;  ///< Set by tuning/.
-    Decisions decisions;                            ///< What `explain` prints.
+    std::optional<MethodTrial> method_trial;        ///< Set by a function of src/tuning.
+    std::optional<PrecisionTrial> precision_trial;  ///< Set by a function of src/tuning.
+    Decisions decisions;                            ///< The decisions that `explain` prints.
     std::vector<std::string> remarks;               ///< Notes for the user about the scene, one line each.
-    double load_seconds = 0;                        ///< Time in which make_plan loaded the scene.
+    double load_seconds = 0;                        ///< Time for loading the scene and making the plan.
 
     const SceneDescription& description() const { return scene->description; }
     const Module& module() const { return scene->module(); }
     const IntegratorInfo& method() const { return module().integrators[run.method.integrator]; }
-    /// Returns the argument of the kernel. It points into this plan.
+    /// Returns the argument of the kernel. The job contains pointers into this plan, which must outlive it.
     Job job() const { return job_of(*scene, view, run); }
 };
 
-/// Loads a scene and makes the decisions that follow from it. Throws InputError if scene and options state something
-/// impossible, such as a method that does not support the space, or a camera inside a surface.
+/// Loads a scene and makes its plan. Throws InputError if scene and options state something impossible, such as a
+/// method that does not support the space, or a camera inside a surface.
 Plan make_plan(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture);
 
-/// Makes the same decisions for a scene that is already loaded.
+/// Makes the plan of a scene that is already loaded. Plan::load_seconds stays 0.
 Plan make_plan(std::shared_ptr<const Scene> scene, const Options& options, Purpose purpose);
 
 }  // namespace kagero

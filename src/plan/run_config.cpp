@@ -42,22 +42,21 @@ std::uint32_t choose_integrator(const Scene& scene) {
                          "; supported methods: " + supported);
 }
 
-/// Returns true if Ω (H − H0) is integrated instead of H. This needs an Ω that the scene states, or one that the space
-/// declares and the scene does not forbid. Refuses a method that does not support a stated Ω; a declared Ω is left out
-/// if the method does not support it.
+/// Returns true if Ω(H − H0) is integrated instead of H: if the scene states Ω, or if the space declares Ω, the scene
+/// does not forbid it, and the method supports it. Throws InputError if the method does not support the space or the
+/// stated Ω.
 bool choose_rescaling(const Scene& scene, std::uint32_t integrator) {
     const bool stated = states_rescaling(scene);
     const bool requested =
         stated || (scene.space.info().rescales && scene.description.integrator.rescale == "auto" && !scene.straight);
     if (requested && !refusal_of(scene, integrator, true)) return true;
-    if (const char* reason = refusal_of(scene, integrator, stated))
-        refuse_method(scene, integrator, requested, reason);  // a stated rescaling is not left out
+    if (const char* reason = refusal_of(scene, integrator, stated)) refuse_method(scene, integrator, requested, reason);
     return false;
 }
 
-/// Returns the greatest distance of a chord from the dense output, in the scene's unit. It is a fiftieth of a pixel at
-/// a distance of half the scene's size, but at most 1e-5 of that size. The second bound matters for pictures with few
-/// pixels, and for focused light, for which a pixel shows more detail.
+/// Returns the greatest permitted distance of a chord from the dense output, in Scene::unit: a fiftieth of a pixel at a
+/// distance of half the scene's size, but at most 1e-5 of that size. The second bound applies to pictures with few
+/// pixels. It also keeps hits accurate where the space magnifies, so that a pixel shows a smaller region.
 double chord_tolerance(const Scene& scene, Purpose purpose) {
     const double size = scene_size(scene) / scene.unit, greatest = 1e-5 * size;
     return purpose == Purpose::picture ? std::min(greatest, 0.02 * pixel_size(scene.description, 0.5 * size))
@@ -77,7 +76,7 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     run.solver_tolerance = stated.solver_tolerance;
     run.max_steps = stated.max_steps;
     // For a formula without length_scale, methods with step control take steps of at most a quarter of the distance
-    // from its centre.
+    // from the centre of the space.
     if (scene.description.space.formula && scene.description.space.formula->length_scale.empty())
         run.max_step_radius_ratio = 0.25;
     run.use_symmetry = stated.use_symmetry;
@@ -86,9 +85,9 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     run.refill = stated.refill;
     run.outputs = (options.energy_error ? output_energy : 0u) | (options.parameter ? output_parameter : 0u);
     run.kernel_request = make_kernel_request(scene, options);
-    KernelRequest in_double = run.kernel_request;  // float is used only if it is requested, or chosen by trial rays
-    in_double.precision = run.kernel_request.precision.value_or(Precision::float64);
-    run.kernel = &choose_kernel(scene, run.method, in_double);
+    KernelRequest request = run.kernel_request;  // Without a request, only trial rays choose float.
+    request.precision = run.kernel_request.precision.value_or(Precision::float64);
+    run.kernel = &choose_kernel(scene, run.method, request);
     run.threads = options.threads ? options.threads : std::max(1u, std::thread::hardware_concurrency());
     run.schedule = options.schedule;
     KAGERO_ASSERT(!refusal_of(scene, run.method.integrator, run.method.rescaled) &&

@@ -22,14 +22,14 @@ std::uint32_t hamiltonian_index(const Module& module, const std::string& name) {
     throw InputError("the kernel module has no Hamiltonian '" + name + "'");
 }
 
-/// Returns the space with its parameters as the kernels need them. `time` is −1 if time is reversed. Parameters that
-/// are odd under time reversal, such as a spin, then change sign.
-Space make_space(const SpaceDescription& description, const Module& module, double time) {
-    Space space{&module, hamiltonian_index(module, description.hamiltonian), {}, time};
+/// Returns the space with its parameters as the kernels need them. `sign_of_time` is −1 if time is reversed. Parameters
+/// that are odd under time reversal, such as a spin, then change sign.
+Space make_space(const SpaceDescription& description, const Module& module, double sign_of_time) {
+    Space space{&module, hamiltonian_index(module, description.hamiltonian), {}, sign_of_time};
     const HamiltonianInfo& info = space.info();
     for (std::size_t i = 0; i < description.parameters.size(); ++i) {
         const double value = description.parameters[i].second;
-        space.parameters.push_back(info.parameters[i].flips_under_time_reversal ? time * value : value);
+        space.parameters.push_back(info.parameters[i].flips_under_time_reversal ? sign_of_time * value : value);
     }
     if (description.formula) space.parameters = compile_formula(*description.formula, module);
     return space;
@@ -42,8 +42,8 @@ double time_sign(const CameraDescription& camera, const Options& options, Purpos
 }
 
 /// Returns the number of cells of the clearance grid along its longest edge; 0 (no grid) for straight rays. The number
-/// is the cube root of the number of rays, because few rays do not repay a fine grid. The length of a ray list is
-/// unknown at this stage, so ray lists get the finest grid.
+/// is the cube root of the number of rays, within limits, because a fine grid is not worthwhile for few rays. The
+/// length of a ray list is unknown at this stage, so ray lists get the finest grid.
 std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     if (scene.straight) return 0;
     constexpr double least = 16, greatest = SceneGeometry::max_clearance_cells;
@@ -52,29 +52,30 @@ std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     return std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, greatest));
 }
 
-/// Restricts early capture by a black hole to rays that can no longer hit an object. The kernels capture an inward ray
-/// at r = 3M if it cannot return. This radius is |q| = 3M without spin, and at most |q| = √10 M with spin. If a surface
-/// lies within that radius, rays are integrated until they are inside the nearest surface, or just above the horizon.
-/// The rays of a ray list are always integrated to just above the horizon. The rays of a falling observer are an
-/// exception, because they reach no horizon. With spin the capture surface is a spheroid.
+/// Restricts early capture by a black hole of mass M to rays that can no longer hit an object. The kernels capture an
+/// inward ray that cannot return at r = 3M, that is, at |q| = 3M without spin and at |q| ≤ √10 M with spin. If a
+/// surface lies within that radius, rays are captured only inside the innermost surface, or just above the horizon. The
+/// rays of a ray list are always integrated to just above the horizon, except those of a falling observer, which reach
+/// no horizon. With spin, the surface on which rays are captured is a spheroid.
 void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
     const Hole hole = scene.module().hole(scene.space.hamiltonian, scene.space.parameters.data());
     const bool to_horizon = purpose == Purpose::ray_list && scene.space.time_sign > 0;
-    const double limit = std::sqrt(10.0) * hole.mass;
-    const double nearest = to_horizon ? 0 : scene.geometry->distance_from_center(limit);
-    if (!(nearest < limit)) return;
+    const double greatest_capture_radius = std::sqrt(10.0) * hole.mass;
+    const double innermost_surface = to_horizon ? 0 : scene.geometry->distance_from_center(greatest_capture_radius);
+    if (!(innermost_surface < greatest_capture_radius)) return;
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
     const double equator = std::hypot(horizon, hole.spin);
     limits.capture_stretch = equator / horizon;
-    limits.capture_radius = std::max((1 + 1e-3) * equator, (1 - 1e-4) * nearest);
+    limits.capture_radius = std::max((1 + 1e-3) * equator, (1 - 1e-4) * innermost_surface);
 }
 
 /// Returns the bounds for rays that hit no surface. In a wormhole, the second sheet is the image of the first sheet
-/// under inversion in the throat. `integrator.escape_radius` is then the distance |l| from the throat on both sheets.
+/// under inversion in the throat, and `integrator.escape_radius` is the proper distance |l| from the throat on both
+/// sheets.
 RayLimits ray_limits(const Scene& scene, Purpose purpose) {
-    const double throat = scene.space.throat_radius(), limit = scene.description.integrator.escape_radius;
+    const double throat = scene.space.throat_radius(), stated = scene.description.integrator.escape_radius;
     RayLimits limits;
-    limits.escape_radius = throat > 0 ? 0.5 * (limit + std::sqrt(limit * limit + 4 * throat * throat)) : limit;
+    limits.escape_radius = throat > 0 ? 0.5 * (stated + std::sqrt(stated * stated + 4 * throat * throat)) : stated;
     limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
     limit_capture(scene, purpose, limits);
     return limits;
@@ -133,7 +134,7 @@ bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]) {
 bool has_invalid_bounds(const Scene& scene, const double (&q)[3]) {
     const auto& formula = scene.description.space.formula;
     if (!formula) return false;
-    const auto value = [&](std::int32_t node) {
+    const auto value = [&](std::int32_t node) {  // 1 for an expression that the scene does not state
         return node < 0 ? 1 : evaluate(formula->scope, node, {q[0], q[1], q[2], 0, 0, 0, formula->parsed.pt});
     };
     const double domain = value(formula->parsed.domain), capture = value(formula->parsed.capture);

@@ -10,7 +10,7 @@
 
 namespace kagero {
 
-/// Bounds at which rays end that hit no surface. Radii are measured from the centre of the space, in Scene::unit.
+/// Bounds at which rays that hit no surface end. Radii are measured from the centre of the space, in Scene::unit.
 struct RayLimits {
     double escape_radius = 0;        ///< A ray that leaves this sphere has escaped.
     double inner_escape_radius = 0;  ///< A ray that enters this sphere escapes into the second sheet; 0: no such sheet.
@@ -21,45 +21,48 @@ struct RayLimits {
 
 /// A loaded scene.
 struct Scene {
-    SceneDescription description;  ///< Lengths in `unit`.
+    SceneDescription description;  ///< Lengths are in `unit`, except the step, whose unit depends on the method.
     Space space;
     std::vector<double> programs;  ///< Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression;
                                    ///< else empty.
-    double unit = 1;               ///< Unit of length, in lengths of the scene file; a power of two.
-    bool straight = false;         ///< True if every ray is a straight line, so that no integrator runs.
+    double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
+    bool straight = false;         ///< True if every ray is a straight line, so that no method is needed.
     RayLimits limits;
     std::unique_ptr<const SceneGeometry> geometry;
     std::unique_ptr<const Paints> paints;
 
     const Module& module() const { return *space.module; }
-    /// Returns the index of the integrated Hamiltonian: that of the space, or `formula` if `programs` is not empty.
+    /// Returns the index, in Module::hamiltonians, of the integrated Hamiltonian. It is that of the space, or that of
+    /// "formula" if `programs` is not empty.
     std::uint32_t integrated_hamiltonian() const;
+    /// Returns the parameters or programs of the integrated Hamiltonian.
     const double* integrated_parameters() const { return programs.empty() ? space.parameters.data() : programs.data(); }
 };
 
 /// Returns the names that scenes may use: the Hamiltonians and integrators of the module for `isa`, and the layers.
 Catalogue catalogue(const std::string& isa);
 
-/// Loads the module and the meshes, compiles formulas, and for pictures loads images. Throws InputError if any of them
-/// is invalid.
+/// Loads the kernel module and the meshes, compiles formulas, and for pictures loads images. Throws InputError if any
+/// of them is invalid.
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose);
 
 /// Returns the diagonal of the bounding box of all objects, or the escape radius if there are none, in lengths of the
 /// scene file.
 double scene_size(const Scene& scene);
 
-/// Returns true if the scene states an expression for Ω. Then Ω(H − H0) is always integrated.
+/// Returns true if the scene states an expression for Ω and its rays bend. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);
 
-/// Returns true if the scene states an Ω that is not greater than 0 at q, so that no ray can start there. q is relative
+/// Returns true if no ray can start at q because the scene states an Ω that is not greater than 0 there. q is relative
 /// to the centre of the space.
 bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]);
 
 /// Returns true if no ray can start at q because a formula's domain, capture or length_scale is NaN there, or
-/// length_scale is not greater than 0. q is relative to the centre of the space.
+/// length_scale is not greater than 0. Returns false where domain or capture is 0 or less, because rays end there. q is
+/// relative to the centre of the space.
 bool has_invalid_bounds(const Scene& scene, const double (&q)[3]);
 
-/// Returns the unit in which the step of a method is counted, with or without time rescaling.
+/// Returns the unit in which the step of a method is measured, with or without time rescaling.
 StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled);
 
 /// Returns null if a method supports the scene's space, else the reason. `rescaled` is ignored if the scene states a

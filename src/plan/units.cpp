@@ -8,7 +8,7 @@ namespace {
 
 /// Range of the base-2 exponents of escape radii that need no conversion. Float represents the fourth powers of such
 /// lengths, and the squares of quantities that are proportional to 1/length³.
-constexpr int smallest = -10, largest = 20;
+constexpr int smallest_exponent = -10, largest_exponent = 20;
 
 void divide(Double3& lengths, double unit) {
     for (double& x : lengths) x /= unit;
@@ -17,10 +17,11 @@ void divide(Double3& lengths, double unit) {
 }  // namespace
 
 double length_unit(const SceneDescription& scene) {
-    const int size = std::ilogb(scene.integrator.escape_radius);
-    if ((smallest <= size && size <= largest) || scene.space.formula || scene.integrator.rescaling) return 1;
+    const int exponent = std::ilogb(scene.integrator.escape_radius);
+    if (smallest_exponent <= exponent && exponent <= largest_exponent) return 1;
+    if (scene.space.formula || scene.integrator.rescaling) return 1;
     // A large scene may contain small details, so its unit is only as large as necessary.
-    return std::scalbn(1.0, size < smallest ? size : size - largest);
+    return std::scalbn(1.0, exponent < smallest_exponent ? exponent : exponent - largest_exponent);
 }
 
 void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, double unit) {

@@ -1,14 +1,13 @@
 /// The unit of length of the kernels. Scenes of the size of atoms or galaxies are traced in a unit of similar size, so
-/// that powers of lengths neither overflow nor underflow. The unit is a power of two, so that conversion does not
-/// round.
+/// that powers of lengths neither overflow nor underflow. The unit is a power of two, so that conversions are exact.
 #pragma once
 
 #include "scene/description.h"
 
 namespace kagero {
 
-/// Returns the unit of length of the kernels, in lengths of the scene file. It is 1 for scenes of ordinary size, and
-/// for scenes with a formula.
+/// Returns the unit of length of the kernels, in units of the scene file. It is 1 for scenes of ordinary size, and for
+/// scenes with a formula or an expression for Ω.
 double length_unit(const SceneDescription& scene);
 
 /// Converts all lengths of the scene to `unit`, except the step, whose unit depends on the method.

@@ -15,11 +15,12 @@ const KernelInfo* kernel_of(const Module& module, Strategy strategy, Precision p
     return nullptr;
 }
 
-/// Factor on the limit of steps for methods with step control. Their mean step is rarely shorter than a tenth of the
-/// scene's step.
+/// Factor on max_steps for methods with step control. Their mean step is rarely shorter than a tenth of the plan's
+/// step.
 constexpr double step_control_allowance = 10;
 
-std::uint32_t allowed_steps(const Plan& plan, const Variant& variant) {
+/// Returns RunConfig::max_steps of the variant.
+std::uint32_t max_steps_of(const Plan& plan, const Variant& variant) {
     const double factor = info_of(plan, variant).adaptive
                               ? step_control_allowance
                               : std::max(1.0, equivalent_step(plan, variant) / variant.step);
@@ -89,7 +90,7 @@ double kernel_step(const Plan& plan, const Variant& variant, double stated) {
 
 RunConfig run_config_with_variant(const Plan& plan, const Variant& variant) {
     RunConfig run = plan.run;
-    run.max_steps = allowed_steps(plan, variant);
+    run.max_steps = max_steps_of(plan, variant);
     run.method = variant.method;
     (info_of(plan, variant).adaptive ? run.tolerance : run.step) = variant.step;
     if (variant.solver_tolerance >= 0) run.solver_tolerance = variant.solver_tolerance;
@@ -104,7 +105,7 @@ Plan plan_with_variant(const Plan& plan, const Variant& variant) {
 }
 
 Plan rebuild_plan(const Plan& plan, SceneDescription description, const std::string& isa) {
-    KAGERO_ASSERT(!plan.method_trial || !plan.method_trial->met);
+    KAGERO_ASSERT(!plan.method_trial || !plan.method_trial->bound_met);
     Options options;
     options.isa = isa;
     options.strategy = plan.run.kernel_request.strategy;
@@ -113,7 +114,7 @@ Plan rebuild_plan(const Plan& plan, SceneDescription description, const std::str
     options.schedule = plan.run.schedule;
     Plan other = make_plan(std::move(description), options);
     other.run.max_steps = plan.run.max_steps;
-    other.run.step = plan.run.step;  // the description is in the plan's unit of length
+    other.run.step = plan.run.step;  // make_plan does not convert it, because the description is already in Scene::unit
     return other;
 }
 

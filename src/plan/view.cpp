@@ -15,8 +15,8 @@
 namespace kagero {
 namespace {
 
-/// Returns a lower bound on the distance of the camera from the nearest surface. Throws InputError if the camera lies
-/// in a surface, because every ray would end at its start.
+/// Returns a lower bound on the distance of the camera from the nearest surface; infinity if there are no surfaces.
+/// Throws InputError if the camera lies in a surface, because every ray would end at its start.
 double distance_to_objects(const Scene& scene, const View& view) {
     const Geometry* geometry = scene.geometry->kernel_view();
     if (!geometry) return std::numeric_limits<double>::infinity();
@@ -55,7 +55,7 @@ View orient_camera(const Scene& scene) {
 }
 
 /// Returns the greatest |p|/p_t of the rays along the axes of an observer's rest frame; 0 if there is no p_t.
-double start_momentum(const StartMap& map) {
+double greatest_start_momentum(const StartMap& map) {
     double greatest = 0;
     for (int j = 0; j < 3; ++j)
         for (const double sign : {1.0, -1.0}) {
@@ -75,22 +75,24 @@ bool is_exact(const StartMap& map, const Scene& scene, const View& view) {
         const RayStart ray = scene.space.start(view.camera.position, d);
         if (ray.failure != Failure::none) return false;
         const RayStart mapped = ray_in_frame(map, view.camera.position, d).start;
-        const Double3 p{ray.p[0], ray.p[1], ray.p[2]}, other{mapped.p[0], mapped.p[1], mapped.p[2]};
-        if (!(length(subtract(p, other)) <= rounding * length(p))) return false;
+        const Double3 p{ray.p[0], ray.p[1], ray.p[2]}, mapped_p{mapped.p[0], mapped.p[1], mapped.p[2]};
+        if (!(length(subtract(p, mapped_p)) <= rounding * length(p))) return false;
     }
     return true;
 }
 
-/// Sets the map from directions to momenta for a camera at rest in the coordinates. The space is a formula that is not
-/// a spacetime. The map exists if H is quadratic in p; otherwise, sets View::solves_each_direction.
+/// Sets the map from directions to momenta for a formula that is not a spacetime. The camera is at rest in the
+/// coordinates. The map exists if H is quadratic in p; otherwise, sets View::solves_each_direction. Returns the failure
+/// of the ray through the centre of the picture if there is no map.
 Failure set_formula_map(const Scene& scene, View& view) {
-    const RayStart middle = scene.space.start(view.camera.position, view.forward);
-    view.camera.start = quadratic_map(*scene.description.space.formula, view.camera.position, middle.pt);
+    const RayStart center_ray = scene.space.start(view.camera.position, view.forward);
+    view.camera.start = quadratic_map(*scene.description.space.formula, view.camera.position, center_ray.pt);
     view.solves_each_direction = !is_exact(view.camera.start, scene, view);
-    return view.solves_each_direction ? middle.failure : Failure::none;
+    return view.solves_each_direction ? center_ray.failure : Failure::none;
 }
 
-/// Sets the map from directions in the observer's rest frame at the camera's position to momenta.
+/// Sets the map from directions in the observer's rest frame at the camera's position to momenta. Returns the reason if
+/// it cannot exist.
 Failure set_observer_map(const Scene& scene, View& view) {
     const Failure failure = observe(scene, view.observer, view.camera.position, view.camera.start);
     view.spacetime = scene.space.info().spacetime;
@@ -147,8 +149,8 @@ Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3],
 // Computes the same sums in the same order as the camera of the kernels, so that both generate bitwise equal rays.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d) {
     const auto row = [&](int i) { return map.metric[i][0] * d[0] + map.metric[i][1] * d[1] + map.metric[i][2] * d[2]; };
-    const double inverse = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
-    const double n[3] = {d[0] * inverse, d[1] * inverse, d[2] * inverse};
+    const double inverse_length = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
+    const double n[3] = {d[0] * inverse_length, d[1] * inverse_length, d[2] * inverse_length};
     double p[4];
     for (int i = 0; i < 4; ++i)
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
@@ -180,7 +182,7 @@ bool needs_double(const Scene& scene, double momentum) {
 bool camera_needs_double(const Scene& scene, const View& view) {
     // p depends linearly on the direction, except for the division by p_t. The momentum of other directions is
     // therefore not much larger than along the axes.
-    return needs_double(scene, start_momentum(view.camera.start));
+    return needs_double(scene, greatest_start_momentum(view.camera.start));
 }
 
 bool kernel_makes_rays(const Scene& scene, const View& view) {

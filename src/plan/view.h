@@ -18,11 +18,12 @@ struct View {
     Tile window{};  ///< Pixels to render.
 };
 
-/// Returns the size of a pixel of the scene's camera at a distance, as a length; at distance 1, as an angle in radians.
+/// Returns the edge length of a pixel at this distance from the camera. At distance 1, it is also the angle of the
+/// pixel in radians, except for an orthographic camera, whose pixels have the same size at every distance.
 double pixel_size(const SceneDescription& scene, double distance);
 
-/// Sets `map` to the map from directions in the rest frame of an observer at q to momenta. Returns the reason if the
-/// observer cannot exist at q.
+/// Sets `map` to the map from directions in the rest frame of an observer at q to momenta. Returns Failure::none, or
+/// the reason why the observer cannot exist at q.
 Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
 /// Returns the ray with direction d, of any length, in the rest frame of `map`.
@@ -32,14 +33,14 @@ CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3&
 /// if no ray can start there.
 View make_camera_view(const Scene& scene, const Options& options);
 
-/// Returns true if float cannot represent H accurately at this momentum, which is in units of p_t. The terms of H are
-/// of the order |p|², and their sum must be accurate to a thousandth of |p|.
+/// Returns true if float cannot represent H accurately. `momentum` is |p|/p_t. The terms of H are of the order |p|²,
+/// and their sum must be accurate to a thousandth of |p| (p_t = 1).
 bool needs_double(const Scene& scene, double momentum);
-/// Returns needs_double() for the greatest momentum of the camera's rays.
+/// Returns needs_double for the greatest momentum of the camera's rays.
 bool camera_needs_double(const Scene& scene, const View& view);
 
-/// Returns true if the kernels can generate the camera's rays: one through the centre of each pixel of a perspective
-/// camera.
+/// Returns true if the kernels can generate the camera's rays. The camera must be perspective with one ray per pixel,
+/// and a map from directions to momenta must exist.
 bool kernel_makes_rays(const Scene& scene, const View& view);
 
 /// Returns the text "camera.position = [x, y, z]", in lengths of the scene file.

@@ -8,8 +8,8 @@
 namespace kagero {
 namespace {
 
-/// Returns a direction of an equirectangular camera. Longitude and latitude are linear in x and y. The viewing
-/// direction is in the middle of the picture.
+/// Returns the direction of the ray through the point (x, y) of an equirectangular picture. Longitude and latitude are
+/// linear in x and y. The viewing direction is in the middle of the picture.
 Double3 equirectangular_direction(const Plan& plan, double x, double y) {
     const double longitude = (x / plan.description().film.width - 0.5) * 2 * std::numbers::pi;
     const double latitude = (0.5 - y / plan.description().film.height) * std::numbers::pi;
@@ -19,8 +19,8 @@ Double3 equirectangular_direction(const Plan& plan, double x, double y) {
                scaled(view.down, -std::sin(latitude)));
 }
 
-/// Returns a ray of an orthographic camera, whose rays are parallel. Each ray starts at its point of the picture plane,
-/// and an observer at that point measures its direction.
+/// Returns the ray through the point (x, y) of an orthographic camera, whose rays are parallel. Each ray starts at its
+/// point of the picture plane, and an observer at that point measures its direction.
 CameraRay orthographic_ray(const Plan& plan, double x, double y) {
     const View& view = plan.view;
     const CameraRays& c = view.camera;

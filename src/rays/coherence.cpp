@@ -24,7 +24,7 @@ Coordinates coordinates_of(const RayStart& ray) {
     return {ray.q[0], ray.q[1], ray.q[2], ray.p[0] * inverse, ray.p[1] * inverse, ray.p[2] * inverse};
 }
 
-/// Smallest six-dimensional box that contains the coordinates of the added rays.
+/// Smallest six-dimensional box that contains all coordinates that were passed to `include`.
 struct Box {
     Coordinates least, greatest;  ///< Equal in dimensions in which the rays do not differ.
 
@@ -40,10 +40,11 @@ struct Box {
     }
     /// Returns the maximum, over the dimensions, of |a − b| divided by the extent of the box in that dimension.
     double distance(const Coordinates& a, const Coordinates& b) const {
-        double most = 0;
+        double greatest_distance = 0;
         for (std::size_t k = 0; k < dimensions; ++k)
-            if (greatest[k] > least[k]) most = std::max(most, std::abs(a[k] - b[k]) / (greatest[k] - least[k]));
-        return most;
+            if (greatest[k] > least[k])
+                greatest_distance = std::max(greatest_distance, std::abs(a[k] - b[k]) / (greatest[k] - least[k]));
+        return greatest_distance;
     }
     /// Returns the number of dimensions in which the rays differ.
     std::size_t varying_dimensions() const {
@@ -101,12 +102,12 @@ bool neighbours_are_coherent(const std::vector<RayStart>& rays) {
 }
 
 std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
-    std::vector<Coordinates> all;
-    all.reserve(rays.size());
+    std::vector<Coordinates> coordinates;
+    coordinates.reserve(rays.size());
     Box box;
     for (const RayStart& ray : rays) {
-        all.push_back(coordinates_of(ray));
-        if (is_integrated(ray)) box.include(all.back());
+        coordinates.push_back(coordinates_of(ray));
+        if (is_integrated(ray)) box.include(coordinates.back());
     }
     // Each sorted number contains the key of a ray in its upper bits and the index of the ray in its lower bits. Rays
     // that end at their start get the greatest key.
@@ -116,7 +117,8 @@ std::vector<std::uint32_t> coherent_order(const std::vector<RayStart>& rays) {
     std::vector<std::uint64_t> keys_and_indices;
     keys_and_indices.reserve(rays.size());
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        const std::uint64_t key = is_integrated(rays[i]) ? curve.key(all[i]) : std::uint64_t(1) << (63 - index_bits);
+        const std::uint64_t key =
+            is_integrated(rays[i]) ? curve.key(coordinates[i]) : std::uint64_t(1) << (63 - index_bits);
         keys_and_indices.push_back(key << index_bits | i);
     }
     boost::sort::spreadsort::integer_sort(keys_and_indices.begin(), keys_and_indices.end());

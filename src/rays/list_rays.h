@@ -1,4 +1,4 @@
-/// Lists of camera rays, for cameras and films whose rays the kernels do not generate (`kernel_makes_rays`).
+/// Lists of camera rays, for cameras and films whose rays the kernels cannot generate (src/plan/view.h).
 #pragma once
 
 #include "rays/camera.h"

@@ -9,15 +9,15 @@
 namespace kagero {
 namespace {
 
-/// Returns the maximum length at which H is evaluated. Its square is well within the range of the kernel's number type.
-double max_length(const Plan& plan) {
+/// Returns the maximum |q| at which H is evaluated. Its square is well within the range of the kernel's number type.
+double max_distance(const Plan& plan) {
     return plan.run.kernel->precision == Precision::float32 ? 1e18 : 1e150;
 }
 
 /// Returns the start of a ray with dq/dλ along d. A ray that moves outward from a point beyond the escape radius and
-/// beyond max_length escapes at its start. Its momentum is that at the distance max_length in the same direction.
+/// beyond max_distance escapes at its start. Its momentum is computed at the distance max_distance in direction q.
 RayStart start_along(const Plan& plan, const double (&q)[3], const Double3& d) {
-    const double distance = std::hypot(q[0], q[1], q[2]), limit = max_length(plan);
+    const double distance = std::hypot(q[0], q[1], q[2]), limit = max_distance(plan);
     const bool outward = q[0] / distance * d[0] + q[1] / distance * d[1] + q[2] / distance * d[2] > 0;
     const bool far =
         distance > limit && distance > plan.scene->limits.escape_radius && outward && std::isfinite(distance);
@@ -34,7 +34,7 @@ class ObserverFrame {
 public:
     ObserverFrame(const Plan& plan, ObserverKind observer) : kind(observer), plan_(plan) {}
 
-    /// Moves the observer to q. Returns Failure::none, or the reason why it has no rest frame there.
+    /// Moves the observer to q. Returns Failure::none, or the reason why the observer has no rest frame at q.
     Failure move_to(const double (&q)[3]) {
         if (!std::equal(q, q + 3, position_)) {
             failure_ = observe(*plan_.scene, kind, q, map);
@@ -53,7 +53,7 @@ private:
     Failure failure_ = Failure::none;
 };
 
-/// Returns true if time reversal changes the space: a parameter that changes its sign is not zero.
+/// Returns true if time reversal changes the space: a parameter with flips_under_time_reversal is not zero.
 bool changes_under_time_reversal(const Plan& plan) {
     const HamiltonianInfo& info = plan.scene->space.info();
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
@@ -95,13 +95,13 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     }
     for (RayStart& start : starts)
         if ((start.failure == Failure::none || start.failure == Failure::singular_start) && !start.escaped &&
-            std::hypot(start.q[0], start.q[1], start.q[2]) > max_length(plan)) start.failure = Failure::too_far;
+            std::hypot(start.q[0], start.q[1], start.q[2]) > max_distance(plan)) start.failure = Failure::too_far;
         else if (start.failure == Failure::none && has_invalid_time_rescaling(scene, start.q))
             start.failure = Failure::bad_time_rescaling;
         else if (start.failure == Failure::none && has_invalid_bounds(scene, start.q))
             start.failure = Failure::invalid_bounds;
         else if (start.failure == Failure::none && !start.captured && !is_falling &&
-                 start.pt > 0 &&  // excludes p_t = 0 in the quotient
+                 start.pt > 0 &&  // |p|/p_t is computed below
                  in_float && needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;

@@ -3,24 +3,24 @@
 namespace kagero {
 namespace {
 
-/// Scalar operations per ray for a camera ray and its momentum (rays/camera.cpp), if the kernel does not generate it.
+/// Scalar operations for the start of one camera ray (rays/camera.cpp), if the kernel does not generate the ray.
 constexpr double operations_of_ray_start = 50;
-/// Scalar operations per ray for its first query (kernels/events/scene_intersector.h), in a scene with objects. They
-/// find the point from which a segment that starts on a surface can hit the next surface.
+/// Scalar operations for the first query of one ray (kernels/events/scene_intersector.h), in a scene with objects.
+/// These operations find the point from which a segment that starts on a surface can hit the next surface.
 constexpr double operations_of_first_query = 7;
 
 }  // namespace
 
 Operations operations_of(const Plan& plan) {
     const Job job = plan.job();
-    Operations counted = plan.module().operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
-    if (!job.geometry) counted.per_step = counted.per_step_without_surfaces;
-    return counted;
+    Operations operations = plan.module().operations(job.hamiltonian, job.parameters, job.integrator, job.rescaled);
+    if (!job.geometry) operations.per_step = operations.per_step_without_surfaces;
+    return operations;
 }
 
-double operations_of(const Plan& plan, const Counters& work) {
-    const Operations counted = operations_of(plan);
-    return counted.per_gradient * double(work.gradients) + counted.per_step * double(work.active_lane_steps);
+double operations_of(const Plan& plan, const Counters& counters) {
+    const Operations costs = operations_of(plan);
+    return costs.per_gradient * double(counters.gradients) + costs.per_step * double(counters.active_lane_steps);
 }
 
 std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& report) {

@@ -25,14 +25,14 @@ std::uint64_t bin_of(double value) {
 Percentiles percentiles_of(std::vector<double> values) {
     constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
     if (values.empty()) return {undefined, undefined, undefined, undefined};
-    auto unsorted = values.begin();  // Values before this position are at most as great as the values from it on.
-    const auto at = [&](double share) {
+    auto unsorted = values.begin();  // No value before this position is greater than a value at or after it.
+    const auto quantile = [&](double share) {
         const auto ranked =
             values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1;
         std::nth_element(unsorted, ranked, values.end());
         return *(unsorted = ranked);
     };
-    return {at(0.5), at(0.9), at(0.99), at(1.0)};
+    return {quantile(0.5), quantile(0.9), quantile(0.99), quantile(1.0)};
 }
 
 void PercentileHistogram::add(double value) {
@@ -50,17 +50,18 @@ void PercentileHistogram::add(const PercentileHistogram& other) {
     max_ = std::max(max_, other.max_);
 }
 
-/// Returns the upper bound of the bin that contains the value of this rank.
-double PercentileHistogram::at(double share) const {
+/// Returns the upper bound of the bin that contains the value of rank share · total_, but at most the greatest value.
+/// Returns 0 for the first bin.
+double PercentileHistogram::quantile(double share) const {
     const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
     std::uint64_t bin = 0;
-    for (std::uint64_t passed = bins_[0]; passed < rank; passed += bins_[++bin]) {}
+    for (std::uint64_t counted = bins_[0]; counted < rank; counted += bins_[++bin]) {}
     return bin == 0 ? 0 : std::min(max_, std::bit_cast<double>((first_bin + bin + 1) << dropped_bits));
 }
 
 Percentiles PercentileHistogram::percentiles() const {
     if (empty()) return percentiles_of({});
-    return {at(0.5), at(0.9), at(0.99), max_};
+    return {quantile(0.5), quantile(0.9), quantile(0.99), max_};
 }
 
 }  // namespace kagero

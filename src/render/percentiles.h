@@ -10,13 +10,13 @@ namespace kagero {
 struct Percentiles {
     double p50 = 0, p90 = 0, p99 = 0, max = 0;
 };
-/// Returns the percentiles by the nearest-rank method: the least value such that at least the given share of the values
-/// is not greater. They are NaN if there are no values.
+/// Returns the percentiles by the nearest-rank method: percentile n is the least value such that at least n % of the
+/// values are not greater. All percentiles are NaN if there are no values.
 Percentiles percentiles_of(std::vector<double> values);
 
-/// A histogram for the percentiles of more values than fit into memory. Values must not be negative or NaN. It uses
-/// half a megabyte. Percentiles are too large by at most a factor 1 + 1/256; the greatest value is exact. Values below
-/// 3e-39 count as 0.
+/// A histogram for the percentiles of more values than fit into memory. Values must not be negative or NaN. The
+/// histogram uses half a megabyte. Percentiles are too large by at most a factor 1 + 1/256; the greatest value is
+/// exact. Values below 3e-39 count as 0.
 class PercentileHistogram {
 public:
     void add(double value);
@@ -25,7 +25,7 @@ public:
     Percentiles percentiles() const;
 
 private:
-    double at(double share) const;
+    double quantile(double share) const;
 
     std::vector<std::uint64_t> bins_;  ///< Number of values in each bin; empty until the first value is added.
     std::uint64_t total_ = 0;

@@ -12,11 +12,11 @@ struct TileRecord {
     Tile tile;
     unsigned thread;
     double begin;           ///< Time when the work on the tile began.
-    double listed;          ///< Time when its rays were listed; equal to `begin` if the kernel generates them.
+    double listed;          ///< Time when its RayList was complete; equal to `begin` if the kernel generates the rays.
     double traced;          ///< Time when its rays were traced.
     double end;             ///< Time when its pixels were shaded; 0 if the tile was cancelled.
     double processor_time;  ///< Processor time of the thread for this tile, in seconds.
-    double predicted;       ///< Cost of the tile in WorkList.
+    double predicted;       ///< Predicted cost of the tile (WorkList::costs).
     bool has_tick_counts;   ///< True if `ticks` and the ticks in `counters` were measured.
     std::uint64_t ticks;    ///< Ticks of rdtsc during tracing.
     Counters counters;
@@ -24,8 +24,8 @@ struct TileRecord {
 
 /// Measurements of all tiles, in the order in which threads take them.
 struct Recording {
-    /// Index of this recording among the repeated recordings of a picture. Ticks are counted in every fourth tile; the
-    /// index selects which ones.
+    /// Index of this recording among the repeated recordings of a picture. Ticks are counted in the tiles i for which
+    /// i + round is a multiple of 4.
     std::size_t round = 0;
     std::vector<TileRecord> tiles;
 };

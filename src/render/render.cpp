@@ -11,15 +11,15 @@ namespace kagero {
 namespace {
 
 /// Returns the pixels to trace. If footprints or patches are needed, these are complete blocks of 2 × 2 pixels, aligned
-/// with the film. They extend beyond a film with an odd number of rows or columns.
+/// with the film. The blocks extend beyond a film with an odd number of rows or columns.
 Tile traced_window(const Plan& plan, const Film& film) {
-    Tile w = plan.view.window;
-    if (!needs_footprints(plan, film) && !plan.scene->paints->surfaces_have_patterns()) return w;
-    w.x0 &= ~1u;
-    w.y0 &= ~1u;
-    w.x1 += w.x1 & 1;
-    w.y1 += w.y1 & 1;
-    return w;
+    Tile window = plan.view.window;
+    if (!needs_footprints(plan, film) && !plan.scene->paints->surfaces_have_patterns()) return window;
+    window.x0 &= ~1u;
+    window.y0 &= ~1u;
+    window.x1 += window.x1 & 1;
+    window.y1 += window.y1 & 1;
+    return window;
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ Film film_of(const Plan& plan) {
     }
 }
 
-RunReport render(const Plan& plan, Film& film, const RunControl& control, const TileErrors& errors) {
+RunReport render(const Plan& plan, Film& film, const RunControl& control, const TileErrors& estimate_errors) {
     const auto begin = std::chrono::steady_clock::now();
     Job job = plan.job();
     const unsigned needs = needs_of(film);
@@ -45,14 +45,14 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
     TileRays rays;
     if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
     const bool needs_errors = needs & (need_position_error | need_rounding_error);
-    if (needs_errors && !errors)
+    if (needs_errors && !estimate_errors)
         throw RunError(
             "the layers position_error and rounding_error need an estimator of errors; call render_with_errors");
     Snapshots snapshots(control, film);
-    const auto done = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list,
-                                                    const CancelToken& cancel) {
+    const auto finish_tile = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list,
+                                                           const CancelToken& cancel) {
         const std::vector<EndError> estimates =
-            needs_errors ? errors(tile, ends, list, cancel) : std::vector<EndError>{};
+            needs_errors ? estimate_errors(tile, ends, list, cancel) : std::vector<EndError>{};
         if (needs_errors && cancel()) return;
         snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, estimates, film); });
         snapshots.deliver_if_requested();
@@ -64,9 +64,9 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
         sort_by_descending_cost(work);
     }
     const double predict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    RunControl remaining = control;
-    remaining.time_limit -= predict_seconds;
-    RunReport report = run_tiles(plan, job, work, rays, done, remaining);
+    RunControl remaining_control = control;
+    remaining_control.time_limit -= predict_seconds;
+    RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control);
     report.schedule = schedule;
     report.predict_seconds = predict_seconds;
     report.seconds += predict_seconds;

@@ -5,16 +5,17 @@
 
 namespace kagero {
 
-/// Returns an empty film of the requested pixels, with the scene's layers. Throws RunError if there is not enough
-/// memory.
+/// Returns an empty film for the plan's pixels (View::window) and the scene's layers. Throws RunError if there is not
+/// enough memory.
 Film film_of(const Plan& plan);
 
-/// Estimates the errors of the ray ends of a tile; returns one estimate per ray. Called from several threads at once,
-/// for different tiles.
+/// A function that returns the estimated errors of the ray ends of a tile, one per ray. It is called from several
+/// threads at once, for different tiles.
 using TileErrors = std::function<std::vector<EndError>(const Tile&, const RayEnd*, const RayList&, const CancelToken&)>;
 
 /// Renders into a film that film_of returned. If the run ends early, pixels of unfinished tiles stay unchanged. The
-/// layers `position_error` and `rounding_error` need `errors`; render_with_errors in accuracy/end_errors.h supplies it.
-RunReport render(const Plan& plan, Film& film, const RunControl& control = {}, const TileErrors& errors = {});
+/// layers `position_error` and `rounding_error` need `estimate_errors`; render_with_errors in accuracy/end_errors.h
+/// supplies it.
+RunReport render(const Plan& plan, Film& film, const RunControl& control = {}, const TileErrors& estimate_errors = {});
 
 }  // namespace kagero

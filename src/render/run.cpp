@@ -29,20 +29,20 @@ struct alignas(64) ThreadData {
     PercentileHistogram energy_errors;
 };
 
-/// Makes this thread treat denormal numbers as zero while the object exists. Arithmetic with them is a hundred times
-/// slower.
+/// Makes this thread treat denormal numbers as zero while the object exists. Arithmetic with denormal numbers is a
+/// hundred times slower.
 class FlushDenormals {
 public:
-    FlushDenormals() : before_(_mm_getcsr()) {
+    FlushDenormals() : saved_mode_(_mm_getcsr()) {
         _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
         _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
     }
-    ~FlushDenormals() { _mm_setcsr(before_); }
+    ~FlushDenormals() { _mm_setcsr(saved_mode_); }
     FlushDenormals(const FlushDenormals&) = delete;
     FlushDenormals& operator=(const FlushDenormals&) = delete;
 
 private:
-    unsigned before_;
+    unsigned saved_mode_;
 };
 
 double processor_seconds() {
@@ -61,7 +61,7 @@ Counters combine(const Counters& a, const Counters& b, Operation operation) {
     return std::bit_cast<Counters>(left);
 }
 
-/// Returns the sums over all threads.
+/// Returns a report with the sums of rays and counters and the energy errors of all threads.
 RunReport merge_results(std::vector<ThreadData>& threads) {
     RunReport report;
     PercentileHistogram energy_errors;
@@ -87,7 +87,7 @@ public:
 
     /// Processes tiles as thread number `thread` until all are taken or the run is cancelled. If one thread throws, the
     /// others take no further tiles.
-    void work(unsigned thread, ThreadData& data) try {
+    void process_tiles(unsigned thread, ThreadData& data) try {
         for (std::size_t i = next_++; i < work_.tiles.size() && !cancelled(); i = next_++) {
             const double begin = seconds();
             if (!process(i, thread, data)) return;
@@ -95,7 +95,7 @@ public:
             data.time.busy += data.time.finished - begin;
             ++data.time.tiles;
             ++finished_;
-            report(cost(i));
+            report_progress(cost(i));
         }
     } catch (...) {
         next_ = work_.tiles.size();
@@ -106,7 +106,8 @@ public:
     bool out_of_time() const { return out_of_time_ && !complete(); }
 
 private:
-    /// Interval of the tiles in which ticks are counted. Reading the clock adds a few per cent to the time of a tile.
+    /// Interval of the tiles in which ticks are counted. Reading the time-stamp counter adds a few per cent to the time
+    /// of a tile.
     static constexpr std::size_t tick_count_interval = 4;
 
     /// Returns the time, in seconds, for which tiles in progress may continue after the run is cancelled.
@@ -116,14 +117,15 @@ private:
     struct TileCancellation {
         Run& run;
         bool cancelled = false;
-        bool query() {
+        /// Sets `cancelled` and returns it.
+        bool update() {
             return cancelled = cancelled || (run.cancelled() && run.seconds() > run.cancelled_at_ + run.grace_period());
         }
     };
 
     double cost(std::size_t i) const { return work_.costs.empty() ? 1 : work_.costs[i]; }
 
-    /// Returns true if the run is cancelled. Stores the earliest time at which a thread called this and found it so.
+    /// Returns true if the run is cancelled. Stores in `cancelled_at_` the earliest time at which a thread found this.
     bool cancelled() {
         const double now = seconds();
         if (now > control_.time_limit) out_of_time_ = true;
@@ -131,12 +133,12 @@ private:
         for (double earliest = cancelled_at_; now < earliest && !cancelled_at_.compare_exchange_weak(earliest, now);) {}
         return true;
     }
-    /// Traces a tile and records its measurements if they are requested. Returns false if the tile was cancelled.
+    /// Processes a tile and records its measurements if they are requested. Returns false if the tile was cancelled.
     bool process(std::size_t i, unsigned thread, ThreadData& data) {
-        if (!control_.recording) return trace(work_.tiles[i], data, nullptr);
+        if (!control_.recording) return trace_and_finish(work_.tiles[i], data, nullptr);
         TileRecord& record = control_.recording->tiles[i];
-        const Counters before = data.counters;
-        const double processor = processor_seconds();
+        const Counters counters_before = data.counters;
+        const double processor_time_before = processor_seconds();
         record.tile = work_.tiles[i];
         record.thread = thread;
         record.predicted = cost(i);
@@ -144,14 +146,15 @@ private:
         // Processor time is read before `begin` and after `end`, because during its system call the scheduler may
         // switch to another program.
         record.begin = seconds();
-        const bool done = trace(work_.tiles[i], data, &record);
+        const bool done = trace_and_finish(work_.tiles[i], data, &record);
         record.end = done ? seconds() : 0;
-        record.processor_time = processor_seconds() - processor;
-        record.counters = combine(data.counters, before, std::minus{});
+        record.processor_time = processor_seconds() - processor_time_before;
+        record.counters = combine(data.counters, counters_before, std::minus{});
         return done;
     }
-    bool trace(const Tile& tile, ThreadData& data, TileRecord* record) {
-        const Counters before = data.counters;
+    /// Traces a tile and passes its ray ends to `done_`. Returns false if the tile was cancelled.
+    bool trace_and_finish(const Tile& tile, ThreadData& data, TileRecord* record) {
+        const Counters counters_before = data.counters;
         TileCancellation cancellation{*this};
         if (rays_) rays_(tile, data.list);
         if (record) {
@@ -160,7 +163,7 @@ private:
         }
         Job job = job_;
         job.timed = record && record->has_tick_counts;
-        const CancelToken cancel{[](void* user) { return static_cast<TileCancellation*>(user)->query(); },
+        const CancelToken cancel{[](void* user) { return static_cast<TileCancellation*>(user)->update(); },
                                  &cancellation};
         cancel.install(job);
         trace_tile(*plan_.run.kernel, job, tile, data.list, data.ends, data.counters);
@@ -170,22 +173,24 @@ private:
         }
         if (!cancellation.cancelled) done_(tile, data.ends.data(), data.list, cancel);
         if (cancellation.cancelled) {
-            data.counters = before;
+            data.counters = counters_before;
             return false;
         }
-        count(data);
+        count_rays(data);
         return true;
     }
-    void count(ThreadData& data) const {
+    /// Adds the rays of a tile and their energy errors to the results of the thread.
+    void count_rays(ThreadData& data) const {
         data.rays += data.ends.size();
         if (!(job_.outputs & output_energy)) return;
         for (const RayEnd& end : data.ends)  // NaN for a ray that could not start
             if (!std::isnan(end.energy_error)) data.energy_errors.add(end.energy_error);
     }
-    void report(double cost) {
+    /// Adds the cost of a finished tile, and calls the progress callback unless another thread is calling it.
+    void report_progress(double cost) {
         const double finished = finished_cost_ += cost;
         if (!control_.progress) return;
-        if (const std::unique_lock lock(reporting_, std::try_to_lock); lock)
+        if (const std::unique_lock lock(progress_mutex_, std::try_to_lock); lock)
             control_.progress(std::min(finished / total_cost_, 1.0), seconds());
     }
 
@@ -198,10 +203,12 @@ private:
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     double total_cost_ = 0;                  ///< Cost of all tiles.
     std::atomic<double> finished_cost_ = 0;  ///< Cost of the finished tiles.
-    std::atomic<std::size_t> next_ = 0, finished_ = 0;
+    std::atomic<std::size_t> next_ = 0;      ///< Index of the next tile.
+    std::atomic<std::size_t> finished_ = 0;  ///< Number of finished tiles.
     std::atomic<bool> out_of_time_ = false;
+    /// Time when the run was cancelled, in seconds since it began; infinity if it is not cancelled.
     std::atomic<double> cancelled_at_ = std::numeric_limits<double>::infinity();
-    std::mutex reporting_;
+    std::mutex progress_mutex_;
 };
 
 }  // namespace
@@ -219,15 +226,16 @@ void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayLi
     if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
     job.camera = nullptr;
     job.rays = list.starts.data();
-    const Tile all{0, 0, static_cast<std::uint32_t>(list.starts.size()), 1};
-    kernel.trace(&job, &all, ends.data(), &counters);
+    const Tile whole_list{0, 0, static_cast<std::uint32_t>(list.starts.size()), 1};
+    kernel.trace(&job, &whole_list, ends.data(), &counters);
 }
 
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
                     const RunControl& control) {
     std::vector<ThreadData> threads(std::max(plan.run.threads, 1u));
     Run run(plan, job, work, rays, done, control);
-    run_on_threads(static_cast<unsigned>(threads.size()), [&](unsigned thread) { run.work(thread, threads[thread]); });
+    run_on_threads(static_cast<unsigned>(threads.size()),
+                   [&](unsigned thread) { run.process_tiles(thread, threads[thread]); });
     const double elapsed = run.seconds();
     RunReport report = merge_results(threads);
     report.seconds = elapsed;

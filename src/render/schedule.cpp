@@ -13,17 +13,17 @@ constexpr std::uint64_t max_rays_per_tile = 32768;
 /// Greatest width and height of a packet, in pixels.
 constexpr std::uint32_t max_packet_edge = 8;
 
-/// Returns the edge of a square tile, in pixels. It is shorter for many rays per pixel. It is even, because footprints
-/// and patches need blocks of 2 × 2 pixels.
+/// Returns the edge of a square tile, in pixels: at most 32, and less if the tile would have too many rays. The edge is
+/// even, because footprints and patches need blocks of 2 × 2 pixels.
 std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     std::uint32_t edge = 32;
     while (edge > 2 && std::uint64_t{edge} * edge * rays_per_pixel > max_rays_per_tile) edge /= 2;
     return edge;
 }
 
-/// Bounds from which the prediction of costs is worthwhile. It costs a fiftieth of a picture with one ray per pixel.
-/// With few tiles per thread, it shortens the time at the end of the run in which threads are idle. With many rays per
-/// pixel, it makes the remaining time predictable.
+/// The prediction of costs is worthwhile with at least `many_rays_per_pixel`, because it makes the remaining time
+/// predictable. It is also worthwhile with fewer than `many_tiles_per_thread`, because it shortens the time at the end
+/// of the run in which threads are idle. It takes a fiftieth of the time of a picture with one ray per pixel.
 constexpr std::uint32_t many_rays_per_pixel = 4;
 constexpr std::uint64_t many_tiles_per_thread = 64;
 
@@ -40,28 +40,30 @@ TileSize tile_size(const Plan& plan, Schedule schedule) {
     return {static_cast<std::uint32_t>(std::max<std::uint64_t>(width, edge)), height};
 }
 
-bool worth_predicting(const Plan& plan) {
+bool is_prediction_worthwhile(const Plan& plan) {
     if (plan.scene->straight) return false;
     const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
-    const Tile& w = plan.view.window;
-    const std::uint64_t tiles = std::uint64_t{w.x1 - w.x0} * (w.y1 - w.y0) / (std::uint64_t{edge} * edge);
+    const Tile& window = plan.view.window;
+    const std::uint64_t pixels = std::uint64_t{window.x1 - window.x0} * (window.y1 - window.y0);
+    const std::uint64_t tiles = pixels / (std::uint64_t{edge} * edge);
     return spp >= many_rays_per_pixel || (plan.run.threads > 1 && tiles < many_tiles_per_thread * plan.run.threads);
 }
 
 }  // namespace
 
 Schedule schedule_of(const Plan& plan) {
-    return plan.run.schedule.value_or(worth_predicting(plan) ? Schedule::predicted : Schedule::tiles);
+    return plan.run.schedule.value_or(is_prediction_worthwhile(plan) ? Schedule::predicted : Schedule::tiles);
 }
 
-WorkList split_into_tiles(const Plan& plan, const Tile& w, Schedule schedule) {
+WorkList split_into_tiles(const Plan& plan, const Tile& window, Schedule schedule) {
     const auto [width, height] = tile_size(plan, schedule);
-    KAGERO_ASSERT(w.x0 < w.x1 && w.y0 < w.y1 && width > 0 && height > 0);
+    KAGERO_ASSERT(window.x0 < window.x1 && window.y0 < window.y1 && width > 0 && height > 0);
     WorkList work;
-    for (std::uint32_t y = w.y0 / height * height; y < w.y1; y += height)
-        for (std::uint32_t x = w.x0 / width * width; x < w.x1; x += width) {
-            const Tile& t = work.tiles.emplace_back(
-                Tile{std::max(x, w.x0), std::max(y, w.y0), std::min(x + width, w.x1), std::min(y + height, w.y1)});
+    for (std::uint32_t y = window.y0 / height * height; y < window.y1; y += height)
+        for (std::uint32_t x = window.x0 / width * width; x < window.x1; x += width) {
+            const Tile& t =
+                work.tiles.emplace_back(Tile{std::max(x, window.x0), std::max(y, window.y0),
+                                             std::min(x + width, window.x1), std::min(y + height, window.y1)});
             work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.description().film.spp);
         }
     return work;

@@ -10,23 +10,23 @@
 
 namespace kagero {
 
-/// Protects the film for snapshots. Threads write pixels concurrently. The thread that finds a request for a snapshot
-/// locks out the writers while it copies the film.
+/// Takes snapshots of the film. Threads write pixels concurrently. A thread that finds a request for a snapshot copies
+/// the film; the other threads cannot write pixels during the copy.
 class Snapshots {
 public:
     Snapshots(const RunControl& control, const Film& film) : control_(control), film_(film) {}
 
-    /// Calls `pixels`, which writes pixels, while no snapshot is copied.
+    /// Calls `write_pixels` while no thread copies the film.
     template <class Write>
-    void write(const Write& pixels) {
-        if (!control_.snapshot_requested) return pixels();
-        const std::shared_lock lock(writing_);
-        pixels();
+    void write(const Write& write_pixels) {
+        if (!control_.snapshot_requested) return write_pixels();
+        const std::shared_lock lock(film_mutex_);
+        write_pixels();
     }
     /// If a snapshot is requested, passes a copy of the film to the callback, or null if there is not enough memory.
     void deliver_if_requested() {
         if (!control_.snapshot_requested || !control_.snapshot_requested->exchange(false)) return;
-        const std::lock_guard one_at_a_time(delivering_);
+        const std::lock_guard one_at_a_time(delivery_mutex_);
         std::optional<Film> film;
         try {
             film.emplace(copy());
@@ -37,13 +37,13 @@ public:
 
 private:
     Film copy() {
-        const std::unique_lock lock(writing_);
+        const std::unique_lock lock(film_mutex_);
         return film_;
     }
     const RunControl& control_;
     const Film& film_;
-    std::shared_mutex writing_;
-    std::mutex delivering_;
+    std::shared_mutex film_mutex_;  ///< Shared by the threads that write pixels; exclusive for the copy.
+    std::mutex delivery_mutex_;     ///< Held while the callback runs, so that it runs on one thread at a time.
 };
 
 }  // namespace kagero

@@ -37,11 +37,11 @@ public:
             processor = (processor + 1) % CPU_SETSIZE;
             remaining -= CPU_ISSET(processor, &allowed_);
         }
-        cpu_set_t one;
-        CPU_ZERO(&one);
-        CPU_SET(processor, &one);
+        cpu_set_t target;
+        CPU_ZERO(&target);
+        CPU_SET(processor, &target);
         const pthread_t handle = thread.native_handle();
-        if (pthread_setaffinity_np(handle, sizeof one, &one) == 0)
+        if (pthread_setaffinity_np(handle, sizeof target, &target) == 0)
             pthread_setaffinity_np(handle, sizeof allowed_, &allowed_);
     }
 

@@ -13,15 +13,15 @@
 namespace kagero {
 namespace {
 
-/// Number of rays of a list in one unit of work: a few packets of any width.
-constexpr std::uint32_t chunk = 256;
-/// Distance, in rays, of the prefetch in a list that is accessed in scattered order.
+/// Number of rays of a list in one tile of the WorkList: at least a few packets.
+constexpr std::uint32_t rays_per_chunk = 256;
+/// Number of rays between a prefetch and the access, in a list that is accessed in scattered order.
 constexpr std::uint32_t prefetch_distance = 8;
 
 WorkList split_into_chunks(std::size_t rays) {
     WorkList work;
-    for (std::uint32_t i = 0; i < rays; i += chunk)
-        work.tiles.push_back({i, 0, std::min(i + chunk, static_cast<std::uint32_t>(rays)), 1});
+    for (std::uint32_t i = 0; i < rays; i += rays_per_chunk)
+        work.tiles.push_back({i, 0, std::min(i + rays_per_chunk, static_cast<std::uint32_t>(rays)), 1});
     return work;
 }
 
@@ -39,13 +39,14 @@ void to_scene_coordinates(const Plan& plan, Point& point) {
 bool is_refill_worthwhile(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr double max_occupancy = 0.75, min_steps = 20;
     constexpr std::uint32_t packets = 16;
-    const std::uint32_t lanes = plan.run.kernel->lanes, trial_rays = packets * lanes;
+    const std::uint32_t lanes = plan.run.kernel->lanes;
+    const std::uint32_t trial_rays = packets * lanes;
     if (lanes == 1 || rays < 32 * std::size_t{trial_rays}) return false;
     Counters counters{};
     std::vector<RayEnd> ends;
     for (std::uint32_t i = 0; i < packets; ++i) {
-        const auto first = static_cast<std::uint32_t>(i * (rays / packets)) / lanes * lanes;  // first ray of a packet
-        const Tile tile{first, 0, first + lanes, 1};
+        const auto first_ray = static_cast<std::uint32_t>(i * (rays / packets)) / lanes * lanes;
+        const Tile tile{first_ray, 0, first_ray + lanes, 1};
         trace_tile(*plan.run.kernel, job, tile, {}, ends, counters);
     }
     const double steps = double(counters.active_lane_steps) / trial_rays;
@@ -66,17 +67,17 @@ public:
             }
         }
         rays = order_.empty() ? &starts : &starts_;
-        seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+        sort_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     }
     /// Returns the index, in the list of the constructor, of the ray that is traced i-th.
     std::size_t input_index(std::size_t i) const { return order_.empty() ? i : order_[i]; }
 
-    const std::vector<RayStart>* rays;
-    double seconds;  ///< Time for the sorting.
+    const std::vector<RayStart>* rays;  ///< The ray starts in the order of tracing.
+    double sort_seconds;                ///< Time for the sorting.
 
 private:
-    std::vector<std::uint32_t> order_;
-    std::vector<RayStart> starts_;
+    std::vector<std::uint32_t> order_;  ///< Input index of each ray; empty if the order is that of the input.
+    std::vector<RayStart> starts_;      ///< The sorted ray starts; empty if the order is that of the input.
 };
 
 /// Returns the end of a ray that was not traced: the position of its start, without direction and momentum.
@@ -96,7 +97,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     job.camera = nullptr;
     job.rays = starts.data();
     job.parameter_limit /= plan.scene->unit;
-    // A float kernel ends rays at the limit of λ rounded to float. Their ends get the exact limit.
+    // A float kernel ends rays where λ equals the limit rounded to float. Their ends get the exact limit.
     const bool rounds_limit = plan.run.kernel->precision == Precision::float32 && std::isfinite(job.parameter_limit);
     const auto begin = std::chrono::steady_clock::now();
     if (plan.run.refill == Refill::automatic)
@@ -104,11 +105,11 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     const double trial_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     ends.resize(starts.size());
     const WorkList work = split_into_chunks(starts.size());
-    std::vector<char> traced(work.tiles.size());
-    const auto store = [&](const Tile& tile, const RayEnd* done, const RayList&, const CancelToken&) {
+    std::vector<char> is_traced(work.tiles.size());
+    const auto store = [&](const Tile& tile, const RayEnd* traced_ends, const RayList&, const CancelToken&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetch_distance < tile.x1) __builtin_prefetch(&ends[list.input_index(i + prefetch_distance)], 1);
-            RayEnd& end = ends[list.input_index(i)] = done[i - tile.x0];
+            RayEnd& end = ends[list.input_index(i)] = traced_ends[i - tile.x0];
             const bool started = end.failure == Failure::none ||
                                  (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!started) end = end_at_start(starts[i], end.failure);
@@ -116,13 +117,13 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
                 end.parameter = job.parameter_limit;
             to_scene_coordinates(plan, end);
         }
-        traced[tile.x0 / chunk] = true;
+        is_traced[tile.x0 / rays_per_chunk] = true;
     };
     RunReport report = run_tiles(plan, job, work, {}, store, control);
     for (std::size_t i = 0; report.interrupted && i < starts.size(); ++i)
-        if (!traced[i / chunk])
+        if (!is_traced[i / rays_per_chunk])
             to_scene_coordinates(plan, ends[list.input_index(i)] = end_at_start(starts[i], Failure::untraced));
-    report.seconds += list.seconds + trial_seconds;
+    report.seconds += list.sort_seconds + trial_seconds;
     return report;
 }
 
@@ -145,11 +146,11 @@ RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std
     Job job = plan.job();
     job.path_user = &visitor;
     job.path_sink = [](void* user, const PathPoint* point) {
-        auto& v = *static_cast<Visitor*>(user);
-        PathPoint listed = *point;
-        listed.ray = v.list.input_index(point->ray);
-        const std::lock_guard lock(v.mutex);
-        v.visit(listed);
+        auto& target = *static_cast<Visitor*>(user);
+        PathPoint visited = *point;
+        visited.ray = target.list.input_index(point->ray);
+        const std::lock_guard lock(target.mutex);
+        target.visit(visited);
     };
     return run_list(plan, job, list, ends, control);
 }

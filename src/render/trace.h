@@ -5,17 +5,19 @@
 
 namespace kagero {
 
-/// Traces the rays; ends[i] belongs to starts[i]. Positions in `ends` are in scene coordinates. If the run is
-/// interrupted, rays that were not traced get the status `failed` and the failure `untraced`.
+/// Traces the rays; ends[i] belongs to starts[i]. Positions and λ in `ends` are in the coordinates and units of the
+/// scene file. If the run is interrupted, rays that were not traced get the status `failed` and the failure `untraced`.
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                 const RunControl& control = {});
 
-/// Traces the rays and calls `visit` for every step of every ray, from several threads, one at a time. The points are
-/// in the coordinates of the Hamiltonian.
+/// Traces the rays and calls `visit` at the start of every ray and after every step, from several threads but one at a
+/// time. PathPoint::ray is an index of `starts`. Positions and λ of the points are in the coordinates and units of the
+/// kernels.
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                       const std::function<void(const PathPoint&)>& visit, const RunControl& control = {});
 
-/// Traces the rays and returns every step of every ray, in order of ray and step, in scene coordinates.
+/// Traces the rays and returns their starts and the points after every step, sorted by ray and step, in the coordinates
+/// and units of the scene file. Rays that were not traced have no points.
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                                    const RunControl& control = {});
 

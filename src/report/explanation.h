@@ -5,7 +5,7 @@
 
 namespace kagero {
 
-/// Returns the decisions that the plan records: the features in use, and the features left out with the reasons.
+/// Returns the text of `explain`: the features that the plan uses, and the features that it leaves out with reasons.
 std::string explanation_text(const Plan& plan);
 /// Returns the JSON of `explain`.
 std::string explanation_json(const Plan& plan);

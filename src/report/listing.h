@@ -1,4 +1,4 @@
-/// The listings of `kagero list`: Hamiltonians, integrators, strategies, instruction sets, scenes and layers.
+/// The output of `kagero list`: Hamiltonians, integrators, strategies, instruction sets, scenes and layers.
 #pragma once
 
 #include <string>
@@ -14,12 +14,12 @@ const std::vector<std::string>& list_topics();
 std::string listing_json(const std::vector<std::string>& topics, const std::string& isa,
                          const std::string& scene_directory);
 
-/// Returns the same listing as indented text.
+/// Returns the same content as indented text.
 std::string listing_text(const std::vector<std::string>& topics, const std::string& isa,
                          const std::string& scene_directory);
 
-/// Returns the directory of the scenes that are distributed with the program, from the installation or the source tree.
-/// Empty if neither exists.
+/// Returns the directory of the scenes that are distributed with the program, in the installation or in the source
+/// tree. Returns "" if neither exists.
 std::string find_scene_directory();
 
 }  // namespace kagero

@@ -12,7 +12,7 @@ namespace kagero {
 
 namespace {
 
-/// Returns active / issued, or null if nothing was issued.
+/// Returns the occupancy active / issued; null if `issued` is 0.
 Json occupancy_json(std::uint64_t active, std::uint64_t issued) {
     return issued == 0 ? Json() : Json(static_cast<double>(active) / static_cast<double>(issued));
 }
@@ -84,8 +84,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["unrefined"] = report.counters.unrefined;
     if (plan.method_trial) {
         json["max_pixel_error"] = plan.method_trial->bound;
-        json["pixel_error_estimate"] = plan.method_trial->met ? Json(plan.method_trial->estimate) : Json();
-        json["pixel_error_ill_conditioned"] = plan.method_trial->ill_conditioned;
+        json["pixel_error_estimate"] = plan.method_trial->bound_met ? Json(plan.method_trial->estimate) : Json();
+        json["pixel_error_ill_conditioned"] = plan.method_trial->ill_conditioned_share;
     }
     json["interrupted"] = report.interrupted;
     json["out_of_time"] = report.out_of_time;
@@ -134,8 +134,8 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     };
     if (is_adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
     if (plan.run.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.run.solver_tolerance));
-    if (report.rays) metadata.emplace_back("status", ends);  // A snapshot has a report without counts.
-    if (report.energy_error.p50 >= 0)  // The percentiles are NaN if the error of H was not measured.
+    if (report.rays) metadata.emplace_back("status", ends);  // The report of a snapshot has no counts.
+    if (report.energy_error.p50 >= 0)                        // NaN if the error of H was not measured.
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +
                                                   shortest(report.energy_error.p99) + ", greatest " +
                                                   shortest(report.energy_error.max));

@@ -12,7 +12,7 @@ namespace kagero {
 /// Returns the JSON of `render`. `energy_error` is null unless the run measured the error of H.
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds);
 
-/// Returns the JSON of `trace` from one or more timed runs of the same rays.
+/// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run.
 std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs);
 
 /// Returns the `kagero/*` attributes of the picture file. They are equal for all runs with the same scene, options and

@@ -8,8 +8,8 @@
 
 namespace kagero {
 
-/// Returns one row as text: verdict, name and description. The lines below it hold the expected result and the result
-/// on each instruction set.
+/// Returns one case as text: "pass" or "FAIL", name and description. The lines below contain the expected result and
+/// the result on each instruction set.
 std::string stability_text(const StabilityRow& row);
 /// Returns a line with the number of cases that pass and the number of all cases.
 std::string stability_summary(const std::vector<StabilityRow>& rows);

@@ -1,4 +1,4 @@
-/// The time that the threads of a run were busy and idle.
+/// The shares of time in which the threads of a run were busy and idle.
 #pragma once
 
 #include "render/render.h"
@@ -6,12 +6,12 @@
 
 namespace kagero {
 
-/// Shares of the time in which tiles were traced and shaded, without the prediction of tile costs; both in 0…1.
+/// Shares of the run time of one thread, from 0 to 1. The run time does not include the prediction of tile costs.
 struct ThreadShares {
     double busy;         ///< Share in which the thread processed tiles.
-    double idle_at_end;  ///< Share after the last tile of the thread, when no tiles were left.
+    double idle_at_end;  ///< Share from the end of the thread's last tile to the end of the run.
 };
-/// Returns the shares of one thread of the run.
+/// Returns the shares of the thread with the times `time`.
 ThreadShares shares_of(const RunReport& report, const ThreadTime& time);
 
 /// Returns an array with the number of tiles and the shares of each thread.

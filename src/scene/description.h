@@ -1,4 +1,5 @@
-/// The description of a scene: plain values with all defaults filled in. Files that the scene names are not loaded yet.
+/// The description of a scene: plain values with all defaults filled in. The description contains the paths of meshes
+/// and images, not their content.
 #pragma once
 
 #include "error.h"
@@ -23,11 +24,11 @@ struct FormulaDescription {
     double level = 0;                              ///< H0, the value of H on every ray.
     std::vector<std::string> parts;                ///< Texts of H_A and H_B, or empty.
     std::string domain, capture, length_scale;     ///< Texts of the optional formulas; "" if the key is missing.
-    std::vector<std::pair<std::string, double>> constants;
-    std::vector<std::pair<std::string, std::string>> helpers;
+    std::vector<std::pair<std::string, double>> constants;     ///< Names and values in [space.constants].
+    std::vector<std::pair<std::string, std::string>> helpers;  ///< Names and formulas in [space.let].
 
-    FormulaScope scope;                            ///< The nodes of all formulas.
-    /// Indices of the formulas in the nodes of `scope`. Its pointer to the nodes is null.
+    FormulaScope scope;                            ///< Nodes of all these formulas.
+    /// For each formula, the index of its root in `scope.nodes`; −1 if the key is missing. `parsed.nodes` is null.
     Formula parsed{nullptr, 0, -1, -1, -1, -1, -1, {-1, -1}, 0, 0};
     FileLocation location;                         ///< Position of the key H.
 };
@@ -36,21 +37,22 @@ struct FormulaDescription {
 struct SpaceDescription {
     std::string hamiltonian;
     std::optional<FormulaDescription> formula;     ///< Only if `hamiltonian` is "formula".
-    std::vector<std::pair<std::string, double>> parameters;  ///< All parameters, in declared order.
+    std::vector<std::pair<std::string, double>> parameters;  ///< In HamiltonianInfo::parameters' order.
     Double3 center{0, 0, 0};
-    bool has_second_sheet = false;            ///< True if a second sky, `[sky.far]`, is legal.
+    bool has_second_sheet = false;                 ///< True if a second sky, `[sky.far]`, is legal.
 };
 
 /// The expression Ω with which the scene rescales a built-in Hamiltonian.
 struct RescalingDescription {
-    FormulaScope scope;
-    std::int32_t node = -1;
+    FormulaScope scope;      ///< Nodes of the expression.
+    std::int32_t node = -1;  ///< Index of the root of the expression in `scope.nodes`.
 };
 
-/// The unit of a step: a length for H, a pure number for the rescaled H of a spacetime, radians for an orbit method.
+/// The unit of a step: a length if H is integrated, a pure number if the rescaled H of a spacetime is integrated, and
+/// radians if an orbit method is used.
 enum class StepKind { length, number, angle };
 
-/// Use of refill. `automatic` enables refill where it has been measured to be faster.
+/// Use of refill. `automatic` enables refill for those kernels for which measurements found it to be faster.
 enum class Refill { automatic, on, off };
 /// Returns the names of the values of Refill in scene files, in the same order.
 const std::vector<std::string>& refill_names();
@@ -62,20 +64,20 @@ struct IntegratorDescription {
     std::optional<FileLocation> method_location, step_location, tolerance_location, lanes_location, rescale_location;
     double step = 0;                   ///< Stated or default step; the first step of adaptive methods.
     std::array<double, 3> default_step{};  ///< Default steps, indexed by StepKind.
-    double tolerance = 1e-6;           ///< Local error of adaptive methods, relative to 1 + |value|.
-    double solver_tolerance = 0;       ///< Relative residual of implicit equations; 0: the rounding error.
+    double tolerance = 1e-6;           ///< Local error of a variable x in adaptive methods, relative to 1 + |x|.
+    double solver_tolerance = 0;       ///< Relative residual of implicit stages; 0: as small as rounding permits.
     std::uint32_t max_steps = 20000;
     double escape_radius = 50;
-    HitModel hit = HitModel::hermite;
-    bool cull = true;
+    HitModel hit = HitModel::hermite;  ///< Curve that is intersected with surfaces: chord or dense output.
+    bool cull = true;                  ///< True if queries are left out for steps that cannot meet a surface.
     bool use_symmetry = true;          ///< Permits orbit methods and cyclic coordinates; false for symmetry = "none".
     Refill refill = Refill::automatic;
-    /// Bound on the pixel error. A trial chooses the step, the precision and the unstated method to meet it; 0: no
-    /// bound.
+    /// Bound on the pixel error; 0: no bound. To meet it, a trial chooses the step and the precision, and the method if
+    /// the scene states none.
     double max_pixel_error = 0;
     std::uint32_t lanes = 0;           ///< Rays per packet; 0: chosen for the machine.
     std::string rescale = "auto";      ///< "auto", "none" or an expression.
-    /// The parsed expression `rescale` for a built-in Hamiltonian; that for a formula is in FormulaDescription::parsed.
+    /// The parsed expression `rescale` for a built-in Hamiltonian; for a formula, it is in FormulaDescription::parsed.
     std::optional<RescalingDescription> rescaling;
 };
 
@@ -183,14 +185,15 @@ struct Catalogue {
     std::vector<std::string> layers;
     /// Returns the Hamiltonian with this name, or nullptr.
     const HamiltonianInfo* hamiltonian_named(const std::string& name) const;
-    /// Returns nullptr if the method supports the space, with or without rescaling; otherwise the reason.
+    /// Returns nullptr if the integrator can integrate the Hamiltonian, rescaled if `rescaled` is true; otherwise the
+    /// reason. The numbers are indices into `integrators` and `hamiltonians`.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) = nullptr;
 };
 
 /// A key that is set from outside the scene file.
 struct Override {
-    std::string text;    ///< "key.path=value" in TOML syntax; a bare word is read as a string.
-    std::string option;  ///< The option as the user has written it, for messages; empty: "-D " and the text.
+    std::string text;    ///< "key.path=value" in TOML syntax; a value without quotes may be a string.
+    std::string option;  ///< Option as written by the user, for messages; empty: "-D " and `text`.
 
     Override(const char* t) : text(t) {}
     Override(std::string t, std::string as_written = {}) : text(std::move(t)), option(std::move(as_written)) {}

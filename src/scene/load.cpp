@@ -20,7 +20,7 @@ namespace kagero {
 
 namespace {
 
-/// Returns the text of a scene file. The size limit bounds the memory for files without an end, such as /dev/zero.
+/// Returns the text of a scene file. The size limit bounds the memory for files that never end, such as /dev/zero.
 std::string read_text(const std::string& path) {
     constexpr std::size_t max_size = std::size_t{64} << 20;
     std::error_code error;
@@ -56,7 +56,7 @@ void check_view(const Section& section, const CameraDescription& camera) {
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
     SpaceDescription space;
-    const Value& name = require_type(section, "hamiltonian");
+    const Value& name = require_type_key(section, "hamiltonian");
     const auto known = names_of(catalogue.hamiltonians, catalogue.hamiltonian_count);
     space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
     const HamiltonianInfo& info = *catalogue.hamiltonian_named(space.hamiltonian);
@@ -167,9 +167,9 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
     scene.text = text;
     Value root = parse_toml(scene.text, path);
     root.location = {path, 1, 1};
-    for (const Override& one : overrides) {
-        scene.overrides.push_back(one.text);
-        apply_override(root, one.text, one.option.empty() ? "-D " + one.text : one.option);
+    for (const Override& entry : overrides) {
+        scene.overrides.push_back(entry.text);
+        apply_override(root, entry.text, entry.option.empty() ? "-D " + entry.text : entry.option);
     }
 
     check_keys({&root, "", root.location}, {"space", "integrator", "camera", "film", "sky", "object"});

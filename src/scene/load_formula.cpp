@@ -11,7 +11,7 @@
 namespace kagero {
 namespace {
 
-/// Bits of FormulaScope::variables.
+/// Bits of FormulaScope::variables: position x y z, momentum px py pz, and all variables, including pt.
 constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bits = 0b1111111;
 
 /// Returns the table `key` inside a section.
@@ -22,7 +22,8 @@ Section table_in(const Section& section, const std::string& key) {
     return {table, full_name(section, key), table ? table->location : section.location};
 }
 
-/// Parses the formula of a key. `allowed` contains the bits of the variables on which it may depend.
+/// Parses the formula of a key. `allowed` contains the bits of the variables on which the formula may depend. Returns
+/// the index of its root.
 std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& name, unsigned allowed = all_bits) {
     const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.location});
     const unsigned forbidden = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
@@ -56,24 +57,25 @@ void load_helpers(const Section& section, FormulaDescription& formula) {
     }
 }
 
-/// Throws InputError if the parts do not sum to H. They are compared at pseudo-random points at which both are finite.
+/// Throws InputError if the parts do not sum to H. The sum and H are compared at pseudo-random points. Points at which
+/// one of them is not finite are skipped.
 void check_parts(const Value& parts, const FormulaDescription& formula) {
     constexpr int point_count = 64;
     constexpr double tolerance = 1e-10;  // rounding of a few hundred operations, and cancellation
     double seed = 0.5;
-    const auto next = [&] { return seed = std::fmod(seed * 997.0 + 0.1234567, 1.0); };
+    const auto next_random = [&] { return seed = std::fmod(seed * 997.0 + 0.1234567, 1.0); };
     for (int i = 0; i < point_count; ++i) {
-        std::array<double, 7> at{};
-        for (double& x : at) x = (i % 4 + 0.5) * (2 * next() - 1);
-        at[6] = formula.parsed.pt;
-        const double h = evaluate(formula.scope, formula.parsed.energy, at);
-        const double a = evaluate(formula.scope, formula.parsed.parts[0], at),
-                     b = evaluate(formula.scope, formula.parsed.parts[1], at);
+        FormulaPoint point{};
+        for (double& x : point) x = (i % 4 + 0.5) * (2 * next_random() - 1);
+        point[6] = formula.parsed.pt;
+        const double h = evaluate(formula.scope, formula.parsed.energy, point);
+        const double a = evaluate(formula.scope, formula.parsed.parts[0], point),
+                     b = evaluate(formula.scope, formula.parsed.parts[1], point);
         if (!std::isfinite(h) || !std::isfinite(a + b)) continue;
         if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
-        std::string point;
-        for (std::size_t k = 0; k < 6; ++k) append_to_list(point, to_toml(at[k]));
-        throw InputError(parts.location, "space.parts do not sum to space.H: at (x y z px py pz) = (" + point +
+        std::string coordinates;
+        for (std::size_t k = 0; k < 6; ++k) append_to_list(coordinates, to_toml(point[k]));
+        throw InputError(parts.location, "space.parts do not sum to space.H: at (x y z px py pz) = (" + coordinates +
                                           "), the parts give " + to_toml(a) + " + " + to_toml(b) + ", but H is " +
                                           to_toml(h));
     }
@@ -91,14 +93,15 @@ void load_parts(const Section& section, FormulaDescription& formula) {
     check_parts(*parts, formula);
 }
 
-/// Throws InputError if the formula is constant and its value is not greater than 0. Other formulas are tested along
-/// the rays.
+/// Throws InputError if the formula is constant and its value is not greater than 0. Formulas that are not constant are
+/// evaluated along the rays; a ray fails where the value is not positive.
 void require_positive(const Value& value, const std::string& name, const FormulaScope& scope, std::int32_t node) {
     if (scope.variables[static_cast<std::size_t>(node)] != 0 || evaluate(scope, node, {}) > 0) return;
     fail(value, name, "a formula whose value is greater than 0");
 }
 
-/// Parses the formula of an optional key, which may depend on x y z pt. Returns −1 if the key is missing.
+/// Parses the formula of an optional key; the formula may depend on x y z pt. Sets `text` to the formula, and returns
+/// the index of its root, or −1 if the key is missing.
 std::int32_t load_optional(const Section& section, const std::string& key, FormulaDescription& formula,
                            std::string& text) {
     const Value* value = find(section, key);
@@ -140,9 +143,9 @@ void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDes
     if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
-    const bool is_defined =
+    const bool r_is_defined =
         std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
-    if (!is_defined)
+    if (!r_is_defined)
         define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.location}), rescale.location);
     node = parse(scope, rescale, "integrator.rescale", position_bits);
     require_positive(rescale, "integrator.rescale", scope, node);

@@ -5,12 +5,12 @@
 
 namespace kagero {
 
-/// Loads [space] with hamiltonian = "formula", [space.constants] and [space.let].
+/// Loads the tables [space] with hamiltonian = "formula", [space.constants] and [space.let].
 FormulaDescription load_formula(const Section& section);
 
 /// Parses `integrator.rescale`, unless it is "auto" or "none". The expression may use x, y, z, r (the distance from the
-/// centre of the space), and the names that the formula of the space defines. The parsed expression is stored in the
-/// formula of the space, or in `integrator` if the Hamiltonian is built in.
+/// centre of the space), and the names in [space.constants] and [space.let]. The parsed expression is stored in
+/// `space.formula`, or in `integrator.rescaling` if the Hamiltonian is built in.
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator);
 
 }  // namespace kagero

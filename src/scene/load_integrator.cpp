@@ -14,7 +14,7 @@
 namespace kagero {
 namespace {
 
-/// Returns the number of rays per packet, or 0 for "auto". It is not checked here whether a kernel has this number.
+/// Returns the number of rays per packet, or 0 for "auto". The number is accepted even if no kernel has it.
 std::uint32_t to_lanes(const Value& lanes) {
     if (lanes.kind == Value::Kind::string) {
         if (lanes.string == "auto") return 0;
@@ -26,7 +26,8 @@ std::uint32_t to_lanes(const Value& lanes) {
 }
 
 /// Returns true if the default method is the orbit method of the space. This is the case if the space has one and the
-/// scene states no key that orbit methods do not use.
+/// scene states none of the keys method, step, tolerance, solver_tolerance and rescale. These keys select a method, or
+/// apply to methods in three dimensions.
 bool uses_orbit_method(const Section& section, const IntegratorDescription& integrator, const HamiltonianInfo& info) {
     if (!integrator.use_symmetry || !info.orbit_method) return false;
     for (const char* key : {"method", "step", "tolerance", "solver_tolerance", "rescale"})
@@ -34,14 +35,16 @@ bool uses_orbit_method(const Section& section, const IntegratorDescription& inte
     return true;
 }
 
-/// Returns the default method. An adaptive method is the default if the scene states a tolerance, which only adaptive
-/// methods use. It is also the default if the scene disables the rescaling of the space and states no step, because
-/// steps of constant length may be too long near a hole.
+/// Returns the default method, which the Hamiltonian declares. There are two exceptions, in which the default is an
+/// adaptive method unless the Hamiltonian has a discontinuity. In the first, the scene states a tolerance, which only
+/// adaptive methods use. In the second, the scene disables the rescaling of the space and states no step: steps of
+/// constant length may be too long near a hole.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
     constexpr const char* adaptive_method = "dp85";
-    const IntegratorInfo* const all = catalogue.integrators;
-    const bool is_adaptive = std::find_if(all, all + catalogue.integrator_count, [&](const IntegratorInfo& one) {
-        return one.name == std::string_view(info.method);
+    const IntegratorInfo* const begin = catalogue.integrators;
+    const IntegratorInfo* const end = begin + catalogue.integrator_count;
+    const bool is_adaptive = std::find_if(begin, end, [&](const IntegratorInfo& entry) {
+        return entry.name == std::string_view(info.method);
     })->adaptive;
     const Value* rescale = find(section, "rescale");
     const bool needs_step_control =
@@ -50,7 +53,7 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
 }
 
 /// Returns the value of a formula that depends on the parameters of a space and on escape_radius. These are defined as
-/// variables, not as constants, because the parser rejects constant expressions that are not finite.
+/// the variables of the formula, not as constants, because the parser rejects constant expressions that are not finite.
 double value_of(const char* formula, const HamiltonianInfo& info, const std::function<double(std::size_t)>& parameter,
                 double escape_radius) {
     FormulaScope scope = formula_scope();
@@ -68,9 +71,9 @@ double value_of(const char* formula, const HamiltonianInfo& info, const std::fun
 ///
 /// A default step is proportional to the length that the Hamiltonian declares (`step_goes_with`). It is also
 /// proportional to the inverse of the index of refraction, so that the distance covered by a step does not depend on
-/// the index. It is at most escape_radius, which limits the steps in a medium that hardly bends light. For a spacetime,
-/// the declared step belongs to the rescaled H. Without rescaling, it is proportional to the first parameter that is a
-/// length.
+/// the index. It is at most escape_radius, which limits the steps in a medium that hardly bends light. For a spacetime
+/// that declares Ω, the declared step is that of the rescaled H. The step without rescaling is then also proportional
+/// to the first parameter of the Hamiltonian that is a length.
 std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
     const auto value_in_scene = [&](std::size_t i) { return space.parameters[i].second; };
     const auto default_of = [&](std::size_t i) { return info.parameters[i].default_value; };
@@ -86,7 +89,7 @@ std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDesc
     if (!info.spacetime || !info.rescales) return {length, length, angle};
     const ParameterInfo* const end = info.parameters + info.parameter_count;
     const ParameterInfo* const size_parameter =
-        std::find_if(info.parameters, end, [](const ParameterInfo& one) { return one.unit == Unit::length; });
+        std::find_if(info.parameters, end, [](const ParameterInfo& entry) { return entry.unit == Unit::length; });
     const bool size_is_nonzero =
         size_parameter != end && value_in_scene(std::size_t(size_parameter - info.parameters)) != 0;
     return {size_is_nonzero ? length * ratio_to_default(size_parameter->name) : length, length, angle};

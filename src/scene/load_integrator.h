@@ -5,7 +5,7 @@
 
 namespace kagero {
 
-/// Loads the table [integrator]. If the Hamiltonian is a formula, the parsed `rescale` is stored in that formula.
+/// Loads the table [integrator]. If the Hamiltonian is a formula, the parsed `rescale` is stored in `space.formula`.
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue);
 
 }  // namespace kagero

@@ -11,10 +11,10 @@ namespace {
 
 constexpr Range color_range{0, 1e6};
 constexpr Range checker_range{0, 1e6, true};
-/// In kelvin. Colder bodies emit no visible light; all hotter bodies have nearly the same colour.
+/// Temperatures in kelvin. Colder bodies emit no visible light; all hotter bodies have nearly the same colour.
 constexpr Range temperature_range{500, 1e9};
 
-/// Returns the legal keys of an object with this shape.
+/// Returns the legal keys of an object with the given shape.
 std::vector<std::string> keys_of(Shape shape) {
     std::vector<std::string> keys{"name", "shape", "color", "texture", "checker", "shading"};
     std::vector<std::string> shape_keys;
@@ -40,14 +40,14 @@ std::vector<std::string> keys_of(Shape shape) {
     return keys;
 }
 
-Double3 require_point(const Section& section, const std::string& key) {
+Double3 require_vector(const Section& section, const std::string& key) {
     return to_double3(require(section, key), full_name(section, key), any_length);
 }
 
 void load_rectangle(const Section& section, ObjectDescription& object) {
-    object.origin = require_point(section, "origin");
-    object.edge_u = require_point(section, "edge_u");
-    object.edge_v = require_point(section, "edge_v");
+    object.origin = require_vector(section, "origin");
+    object.edge_u = require_vector(section, "edge_u");
+    object.edge_v = require_vector(section, "edge_v");
     for (const char* key : {"edge_u", "edge_v"}) {
         const Double3& edge = key[5] == 'u' ? object.edge_u : object.edge_v;
         if (length(edge) == 0) fail(require(section, key), full_name(section, key), "a vector that is not zero");
@@ -85,8 +85,8 @@ void load_faces(const Section& section, const std::string& directory, ObjectDesc
 }
 
 void load_box(const Section& section, const std::string& directory, ObjectDescription& object) {
-    object.min = require_point(section, "min");
-    object.max = require_point(section, "max");
+    object.min = require_vector(section, "min");
+    object.max = require_vector(section, "max");
     for (std::size_t i = 0; i < 3; ++i) {
         if (object.min[i] < object.max[i]) continue;
         const Value& max = require(section, "max");
@@ -97,12 +97,12 @@ void load_box(const Section& section, const std::string& directory, ObjectDescri
 }
 
 void load_sphere(const Section& section, ObjectDescription& object) {
-    object.center = require_point(section, "center");
+    object.center = require_vector(section, "center");
     object.radius = to_number(require(section, "radius"), full_name(section, "radius"), positive_length);
 }
 
 void load_disk(const Section& section, ObjectDescription& object) {
-    object.center = require_point(section, "center");
+    object.center = require_vector(section, "center");
     read(section, "normal", object.normal, any_length);
     if (length(object.normal) == 0)
         fail(require(section, "normal"), full_name(section, "normal"), "a vector that is not zero");
@@ -130,8 +130,8 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
     std::string extension = std::filesystem::path(to_text(file, name)).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return std::tolower(c); });
-    const std::vector<std::string> known{".obj", ".ply", ".gltf", ".glb"};
-    if (std::find(known.begin(), known.end(), extension) == known.end())
+    const std::vector<std::string> supported{".obj", ".ply", ".gltf", ".glb"};
+    if (std::find(supported.begin(), supported.end(), extension) == supported.end())
         fail(file, name, "a .obj, .ply, .gltf or .glb file");
     object.file = to_file(file, name, directory);
     object.file_location = file.location;
@@ -145,7 +145,7 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
     ObjectDescription object;
     object.name = name;
     object.location = table.location;
-    const Value& shape = require_type(section, "shape");
+    const Value& shape = require_type_key(section, "shape");
     object.shape = static_cast<Shape>(to_choice(shape, full_name(section, "shape"), shape_names()));
     check_keys(section, keys_of(object.shape));
     object.paint = load_paint(section, object.paint, CheckerKey::counts, directory);
@@ -203,7 +203,7 @@ Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey 
     paint.kind = Paint::Kind::checker;
     paint.checker = checker_key == CheckerKey::counts
                         ? to_double2(*checker, full_name(section, "checker"), checker_range)
-                        : std::array<double, 2>{24, 12};
+                        : std::array<double, 2>{24, 12};  // squares of 15° by 15° on a sky
     return paint;
 }
 

@@ -5,10 +5,10 @@
 
 namespace kagero {
 
-/// The type of the key `checker`: numbers of squares along u and v for an object, or true or false for a sky.
+/// The type of the key `checker`: for an object, two numbers of squares, along u and along v; for a sky, true or false.
 enum class CheckerKey { counts, flag };
-/// Loads the keys color, texture and checker. Returns `default_paint` if all three are missing.
-/// Relative paths of textures start at `directory`.
+/// Loads the keys color, texture and checker. Returns `default_paint` if all three are missing. Relative paths of
+/// textures start at `directory`.
 Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey checker_key,
                  const std::string& directory);
 

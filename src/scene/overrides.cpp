@@ -15,8 +15,8 @@ std::string trimmed(const std::string& text) {
     return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-/// Splits the path before '=', such as `object."left wall".color`, at its dots. Keys may be quoted. Sets `end` to the
-/// position of '='.
+/// Splits the path before '=', such as `object."left wall".color`, at its dots, and returns its keys. Keys may be
+/// quoted. Sets `end` to the position of '='.
 std::vector<std::string> split_path(const std::string& text, std::size_t& end, const FileLocation& location) {
     std::vector<std::string> path{""};
     char quote = 0;
@@ -38,13 +38,13 @@ std::vector<std::string> split_path(const std::string& text, std::size_t& end, c
         }
     }
     for (std::string& key : path) key = trimmed(key);
-    const bool named = std::none_of(path.begin(), path.end(), [](const std::string& key) { return key.empty(); });
-    if (end == text.size() || !named)
+    const bool has_empty_key = std::find(path.begin(), path.end(), "") != path.end();
+    if (end == text.size() || has_empty_key)
         throw InputError(location, "an override has the form key.path=value, for example space.rg=0.1");
     return path;
 }
 
-/// Returns the object with this name. Objects without a name are named object-1, object-2 and so on, by their position.
+/// Returns the object with the given name. An object without a name is named object-N if it is object number N.
 Value& object_named(Value& root, const std::string& name, const FileLocation& location) {
     std::vector<std::string> names;
     for (Value& item : root.items) {
@@ -64,7 +64,7 @@ Value& object_named(Value& root, const std::string& name, const FileLocation& lo
     throw InputError(location, message);
 }
 
-/// Returns the table with this key inside `table`, which is created if it does not exist.
+/// Returns the table `key` inside `table`. Creates an empty one if it does not exist.
 Value& find_or_create_table(Value& table, const std::string& key, const FileLocation& location) {
     for (Value& item : table.items) {
         if (item.key != key) continue;
@@ -83,17 +83,17 @@ void erase(Value& table, const std::string& key) {
     std::erase_if(table.items, [&](const Value& item) { return item.key == key; });
 }
 
-/// Removes those keys for paints that are stated in the file and exclude the paint of an override.
-/// `checker = false` is not a paint and replaces nothing.
-void erase_other_paints(Value& table, const Value& paint) {
-    if (paint.kind == Value::Kind::boolean && !paint.boolean) return;
-    const auto erase_for = [&](std::initializer_list<const char*> paints, std::initializer_list<const char*> others) {
-        if (std::none_of(paints.begin(), paints.end(), [&](const char* one) { return paint.key == one; })) return;
-        for (const char* other : others) erase(table, other);
+/// Removes from `table` the keys of paints that must not be stated together with the key of the override `entry`. For
+/// example, an override of `texture` removes `color`. An override `checker = false` removes nothing.
+void erase_other_paints(Value& table, const Value& entry) {
+    if (entry.kind == Value::Kind::boolean && !entry.boolean) return;
+    const auto erase_if_set = [&](std::initializer_list<const char*> set, std::initializer_list<const char*> erased) {
+        if (std::none_of(set.begin(), set.end(), [&](const char* key) { return entry.key == key; })) return;
+        for (const char* key : erased) erase(table, key);
     };
-    erase_for({"texture", "temperature"}, {"color", "checker"});
-    erase_for({"color", "checker", "temperature"}, {"texture"});
-    erase_for({"color", "checker", "texture"}, {"temperature"});
+    erase_if_set({"texture", "temperature"}, {"color", "checker"});
+    erase_if_set({"color", "checker", "temperature"}, {"texture"});
+    erase_if_set({"color", "checker", "texture"}, {"temperature"});
 }
 
 }  // namespace
@@ -106,16 +106,16 @@ void apply_override(Value& root, const std::string& override_text, const std::st
     Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), location);
 
     Value* table = &root;
-    std::size_t first = 0;
+    std::size_t first_key = 0;  // index in `path` of the first key below `table`
     if (path[0] == "object") {
         if (path.size() < 3) throw InputError(location, "an override of an object has the form object.NAME.key=value");
         table = &object_named(root, path[1], location);
-        first = 2;
+        first_key = 2;
     }
-    for (std::size_t i = first; i + 1 < path.size(); ++i) table = &find_or_create_table(*table, path[i], location);
+    for (std::size_t i = first_key; i + 1 < path.size(); ++i) table = &find_or_create_table(*table, path[i], location);
     value.key = path.back();
     if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value);
-    // The value keeps its position in the table, because each helper of a formula may use the helpers before it.
+    // An existing key keeps its position in the table, because a formula in [space.let] may use the names before it.
     const auto old = std::find_if(table->items.begin(), table->items.end(),
                                   [&](const Value& item) { return item.key == value.key; });
     if (old != table->items.end()) *old = value;

@@ -1,4 +1,4 @@
-// Every key is written, including defaults, so that the text contains everything on which the picture depends.
+// All keys are written, including defaults, so that the text contains everything on which the picture depends.
 #include "scene/print.h"
 
 #include "scene/value.h"
@@ -39,7 +39,7 @@ std::vector<std::string> paint_pairs(const Paint& paint, bool checker_is_flag) {
     return {"color = " + text_of(paint.color), "checker = " + (checker_is_flag ? "true" : text_of(paint.checker))};
 }
 
-bool same(const Paint& a, const Paint& b) {
+bool same_paint(const Paint& a, const Paint& b) {
     return a.kind == b.kind && a.color == b.color && a.texture == b.texture && a.checker == b.checker;
 }
 
@@ -93,7 +93,7 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
     else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
     line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
     bool faces_differ = false;
-    for (const Paint& face : object.faces) faces_differ = faces_differ || !same(face, object.paint);
+    for (const Paint& face : object.faces) faces_differ = faces_differ || !same_paint(face, object.paint);
     if (faces_differ) print_faces(out, object);
 }
 
@@ -118,9 +118,10 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const KeyLine line{out};
     out << "\n[integrator]\n";
-    // A default method that may still change is written as a comment: a trial may choose another method, and a stated
-    // method is rejected if it does not support the stated rescaling. If the default is an orbit method, the keys step,
-    // tolerance and rescale are comments too, because their presence would exclude orbit methods.
+    // A default method is written as a TOML comment if it may still change: with max_pixel_error, a trial may choose
+    // another method; with a stated rescaling, the method may not support the rescaling. If this default is an orbit
+    // method, the keys step, tolerance, solver_tolerance and rescale are comments too: if they were stated, the default
+    // would not be an orbit method.
     const bool method_may_change =
         !integrator.method_location && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
     const char* comment_out = method_may_change && integrator.method.starts_with("orbit-") ? "# " : "";

@@ -24,7 +24,8 @@ std::string range_text(const Range& range) {
     return (bounded_below ? least : "") + "value" + (bounded_above ? greatest : "");
 }
 
-std::array<double, 3> numbers(const Value& value, const std::string& name, const Range& range, std::size_t count) {
+/// Converts an array of `count` numbers, at most three; the other elements of the result are 0.
+std::array<double, 3> to_numbers(const Value& value, const std::string& name, const Range& range, std::size_t count) {
     const std::string expected = "an array of " + std::to_string(count) + " numbers";
     if (value.kind != Value::Kind::array || value.items.size() != count) fail(value, name, expected);
     std::array<double, 3> result{};
@@ -68,7 +69,7 @@ const Value& require(const Section& section, const std::string& key) {
     throw InputError(section.location, "the required key " + full_name(section, key) + " is missing");
 }
 
-const Value& require_type(const Section& section, const std::string& key) {
+const Value& require_type_key(const Section& section, const std::string& key) {
     if (section.table && !find(section, key))
         for (const Value& item : section.table->items)
             if (!near_match(item.key, {key}).empty())
@@ -90,9 +91,9 @@ double to_number(const Value& value, const std::string& name, const Range& range
     const bool numeric = value.kind == Value::Kind::number || value.kind == Value::Kind::integer;
     if (!numeric) fail(value, name, "a number");
     if (!std::isfinite(value.number)) fail(value, name, "a finite number");
-    const bool above = range.least_open ? value.number > range.least : value.number >= range.least;
-    const bool below = range.greatest_open ? value.number < range.greatest : value.number <= range.greatest;
-    if (!above || !below) {
+    const bool above_least = range.least_open ? value.number > range.least : value.number >= range.least;
+    const bool below_greatest = range.greatest_open ? value.number < range.greatest : value.number <= range.greatest;
+    if (!above_least || !below_greatest) {
         throw InputError(value.location,
                          name + " = " + to_toml(value) + " is out of range: the legal range is " + range_text(range));
     }
@@ -100,11 +101,11 @@ double to_number(const Value& value, const std::string& name, const Range& range
 }
 
 Double3 to_double3(const Value& value, const std::string& name, const Range& range) {
-    return numbers(value, name, range, 3);
+    return to_numbers(value, name, range, 3);
 }
 
 std::array<double, 2> to_double2(const Value& value, const std::string& name, const Range& range) {
-    const auto pair = numbers(value, name, range, 2);
+    const auto pair = to_numbers(value, name, range, 2);
     return {pair[0], pair[1]};
 }
 

@@ -67,7 +67,8 @@ void set_location(Value& value, const FileLocation& location) {
     for (Value& item : value.items) set_location(item, location);
 }
 
-/// Returns the position after the string that begins at `i`. Its delimiter is one or three quotes, single or double.
+/// Returns the position after the TOML string that begins at `i`. A string is delimited by one or three quotes, single
+/// or double.
 std::size_t end_of_string(const std::string& text, std::size_t i) {
     const char quote = text[i];
     const std::string delimiter(text.compare(i, 3, std::string(3, quote)) == 0 ? 3 : 1, quote);
@@ -106,6 +107,7 @@ void check_depth_of_keys(const std::string& text, FileLocation location) {
     }
 }
 
+/// Returns true if the text contains no character that has a meaning in TOML. It may then be a string without quotes.
 bool is_bare_word(const std::string& text) {
     return !text.empty() && text.find_first_of("[]{}\"'=,#\n\r") == std::string::npos;
 }

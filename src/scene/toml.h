@@ -9,8 +9,9 @@ namespace kagero {
 /// not valid TOML.
 Value parse_toml(const std::string& text, const std::string& file);
 
-/// Parses the right-hand side of an override. All values get the position `location`. A bare word is read as a string.
-/// Throws InputError if the text is not one valid value.
+/// Parses the text after '=' in an override. All values get the position `location`. Text that is not valid TOML and
+/// contains no quotes, brackets, commas, '=' or '#' is read as a string. Throws InputError if the text is not one valid
+/// value.
 Value parse_toml_value(const std::string& text, const FileLocation& location);
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-/// A TOML document as a tree of values. Overrides are merged into the tree before the scene is read. Because of this
-/// representation, only toml.cpp includes toml++.
+/// A TOML document as a tree of values. Overrides are merged into the tree before the scene is read. The tree does not
+/// use types of toml++, so only toml.cpp includes toml++.
 #pragma once
 
 #include "error.h"

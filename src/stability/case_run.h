@@ -1,4 +1,5 @@
-/// Tools of the stability cases: scenes from text, traced rays, and a record of failures and measurements.
+/// Classes and functions for the stability cases: plans of scenes in text form, tracing of rays with checks, and a
+/// record of failures and measurements.
 #pragma once
 
 #include "plan/names.h"
@@ -21,7 +22,7 @@ public:
     /// Records a note for the report.
     void note(const std::string& text);
     bool passed() const { return failures_ == 0; }
-    /// Returns failures, then measurements, then notes, as text.
+    /// Returns the first three failures, then measurements, then notes, as text.
     std::string text() const;
 
 private:
@@ -36,28 +37,31 @@ public:
     CaseRun(const Options& options, Findings& findings, std::vector<Status>& statuses)
         : options_(options), findings_(findings), statuses_(statuses) {}
 
+    /// Returns true if the precision is float.
     bool in_float() const { return options_.precision == Precision::float32; }
-    bool in_scalar() const { return options_.strategy == Strategy::scalar; }
+    /// Returns true if the strategy is scalar.
+    bool is_scalar() const { return options_.strategy == Strategy::scalar; }
     const Options& options() const { return options_; }
 
     /// Returns the plan of a scene. If `camera` is false, a default camera and film are added to `text`.
     Plan plan(const std::string& text, bool camera = false) const;
-    /// Returns the description of a scene, with the same arguments.
+    /// Returns the description of a scene; the arguments are those of `plan`.
     SceneDescription scene(const std::string& text, bool camera = false) const;
-    /// Returns the error message for an invalid scene, or "" if the scene is valid.
+    /// Returns the error message for an invalid scene, or "" if the scene is valid. `text` contains camera and film.
     std::string refusal(const std::string& text) const;
 
-    /// Traces rays and returns their ends. Checks that every end has exactly one status, finite numbers, and a reason
-    /// if the ray failed.
+    /// Traces rays and returns their ends. Checks that every ray is counted under one status, that ends with the status
+    /// `hit`, `escaped` or `step_limit` are finite, and that failed rays have a reason.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayStart>& starts);
+    /// The same for rays whose directions are measured by `observer`; without an observer, they are dq/dλ.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays,
                              std::optional<ObserverKind> observer = {});
 
     /// Records a failure with a message unless the condition holds.
     void expect(bool condition, const std::string& message);
-    /// Records a failure if a ray has another status. `ray` describes the ray.
+    /// Records a failure if the status of a ray is not `expected`. `ray` describes the ray.
     void expect_status(const RayEnd& end, Status expected, const std::string& ray);
-    /// Records a value, and a failure if it exceeds its bound.
+    /// Records a value, and a failure if the value exceeds `bound`.
     void measure(const std::string& label, double value, double bound);
     /// Records a note for the report.
     void note(const std::string& text) { findings_.note(label() + ": " + text); }

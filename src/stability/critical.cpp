@@ -15,7 +15,8 @@ std::string hole_scene_text(const std::string& method, double step, const std::s
 
 namespace {
 
-/// Returns the angle that each ray sweeps in its orbit plane, in radians, summed along its path.
+/// Returns the angle that each ray sweeps in its orbit plane, in radians, summed along its path. Ray i starts in
+/// planes[i], in the direction `outward`.
 std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size_t rays) {
     std::vector<double> swept_angle(rays, 0), last(rays, 0);
     for (const PathPoint& point : points) {
@@ -29,13 +30,13 @@ std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size
 }
 
 /// Traces inward rays with impact parameter b in all planes. Each must be captured, or escape, after at least
-/// `min_revolutions`. A straight ray would sweep π if it escapes and π/2 if it is captured. This angle is subtracted
-/// from the swept angle before the revolutions are counted.
+/// `min_revolutions`. A straight ray sweeps the angle π until it escapes, and π/2 until it reaches the hole. This angle
+/// is subtracted from the swept angle before the revolutions are counted.
 void expect_revolutions(CaseRun& run, double b, double min_revolutions, const char* method) {
     std::vector<RayInput> rays;
     for (const OrbitPlane& plane : planes) rays.push_back(ray_inward(plane, b, 10));
     const auto plan = run.plan(hole_scene_text(method, std::string(method).starts_with("gauss") ? 0.04 : 0.02));
-    run.ends(plan, rays);
+    run.ends(plan, rays);  // Checks the ray ends.
     std::vector<RayEnd> ends;
     const auto swept_angle = swept_angles(trace_paths(plan, start_rays(plan, rays), ends), rays.size());
     for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -47,7 +48,7 @@ void expect_revolutions(CaseRun& run, double b, double min_revolutions, const ch
             revolutions = 0.5 * (swept_angle[i] / std::numbers::pi - straight_angle);
         run.expect(revolutions >= min_revolutions,
                    std::to_string(revolutions) + " revolutions, " + name_of(ends[i].status) + ", at " + ray);
-        if (i == 0 && !run.in_scalar())
+        if (i == 0 && !run.is_scalar())
             run.note(std::to_string(revolutions).substr(0, 4) + " revolutions, " + name_of(ends[i].status) + ", " +
                      method);
     }
@@ -62,8 +63,8 @@ void photon_sphere(CaseRun& run) {
                  deviation = std::exp(-2 * std::numbers::pi * (min_revolutions + 0.1) - 0.4);
     for (const double b : {critical_impact, critical_impact * (1 + deviation)})
         for (const char* method : {"gauss8", "gauss12", "gauss16", "kahan-li8", "s10", "ks-s10"}) {
-            if (run.in_float() && !std::string(method).starts_with("gauss"))
-                continue;  // in float, only the Gauss methods use compensated summation
+            // In float, only the Gauss methods use compensated summation.
+            if (run.in_float() && !std::string(method).starts_with("gauss")) continue;
             expect_revolutions(run, b, min_revolutions, method);
         }
 }
@@ -92,11 +93,11 @@ void near_horizon(CaseRun& run) {
     for (const double height : {1e-2, 1e-4, 1e-6}) {
         const double r = 1 + height, escape_cone = std::asin(critical_impact * std::sqrt(1 - 1 / r) / r);
         const std::string at = "r - rg = " + number(height);
-        const std::string refused =
+        const std::string refusal =
             run.refusal(hole_scene_text("gauss8", 0.1) + "[camera]\nposition = [" + number(r) +
                         ", 0, 0]\nlook_at = [2, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n");
-        run.expect(refused.empty() || run.in_float(), refused);
-        if (!refused.empty() && run.in_float() && !run.in_scalar()) run.note("the camera is refused at " + at);
+        run.expect(refusal.empty() || run.in_float(), refusal);
+        if (!refusal.empty() && run.in_float() && !run.is_scalar()) run.note("the camera is refused at " + at);
         const auto plan = run.plan(hole_scene_text("gauss8", 0.1));
         for (const double fraction : {0.5, 0.9, 1.1, 2.0}) {
             std::vector<RayInput> rays;
@@ -117,7 +118,7 @@ void near_horizon(CaseRun& run) {
 
 void inside(CaseRun& run) {
     const auto plan = run.plan(hole_scene_text("gauss8", 0.1));
-    std::vector<Double3> directions;
+    std::vector<Double3> directions;  // from the centre of a cube to its 26 corners, edges and faces
     for (int i = 0; i < 27; ++i)
         if (i != 13) directions.push_back({i % 3 - 1.0, i / 3 % 3 - 1.0, i / 9 - 1.0});
     for (const double r : {1.0, 0.999999, 0.75, 0.5, 0.1}) {
@@ -142,8 +143,8 @@ void inside(CaseRun& run) {
             run.expect_status(end, Status::failed, "r = 0 " + (observer ? name_of(*observer) : std::string()));
 }
 
-// In isotropic coordinates with radius ρ, the areal radius is R = ρ + a²/4ρ. A ray has the impact parameter
-// b = R sin(angle to the radial direction), and passes through the throat if b < a.
+// The radius of the throat is a = 1. In isotropic coordinates with radius ρ, the areal radius is R = ρ + a²/4ρ. A ray
+// has the impact parameter b = R sin(angle to the radial direction), and passes through the throat if b < a.
 void throat(CaseRun& run) {
     const double deviation = run.in_float() ? 1e-4 : 1e-6, rho = 5, areal_radius = rho + 0.25 / rho;
     for (const char* method : {"gauss8", "gauss12", "kahan-li8"}) {

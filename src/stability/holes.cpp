@@ -12,7 +12,7 @@ constexpr double captured_impacts[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.5, 2.55};
 constexpr double impacts_below_critical[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.44};
 constexpr double impacts_above_critical[] = {2.76, 3, 3.2, 4, 5, 7, 10, 15};
 
-/// Returns inward rays of all impact parameters in all planes that start at a radius.
+/// Returns inward rays that start at `radius`, one for each plane and impact parameter.
 template <std::size_t n>
 std::vector<RayInput> ray_fan(const double (&impacts)[n], double radius) {
     std::vector<RayInput> rays;
@@ -21,17 +21,17 @@ std::vector<RayInput> ray_fan(const double (&impacts)[n], double radius) {
     return rays;
 }
 
-/// Traces rays of all impact parameters in all planes. Each must have the expected status or fail with a reason. The
-/// share of failed rays is at most `max_failed`. `settings` describes method and step in messages.
+/// Traces one ray for each plane and impact parameter. Each must have the expected status or fail with a reason. At
+/// most the share `max_failed` of the rays may fail. `settings` describes method and step in messages.
 template <std::size_t n>
 void expect_status_or_failure(CaseRun& run, const Plan& plan, const double (&impacts)[n], Status expected,
                               double max_failed, const std::string& settings) {
     const auto ends = run.ends(plan, ray_fan(impacts, 18));
-    double failed = 0;
+    double failed_share = 0;
     for (std::size_t i = 0; i < ends.size(); ++i)
-        if (ends[i].status == Status::failed) failed += 1 / double(ends.size());
+        if (ends[i].status == Status::failed) failed_share += 1 / double(ends.size());
         else run.expect_status(ends[i], expected, "b = " + number(impacts[i % n]) + ", " + settings);
-    run.measure("percentage of failed rays", 100 * failed, 100 * max_failed);
+    run.measure("percentage of failed rays", 100 * failed_share, 100 * max_failed);
 }
 
 }  // namespace
@@ -114,10 +114,12 @@ void coarse_steps(CaseRun& run) {
             expect_status_or_failure(run, plan, impacts_above_critical, Status::escaped, max_share, settings);
         }
     // Methods in the orbit plane split long steps, so that hits agree with those of short steps.
-    const std::string wall = "[[object]]\nname = \"wall\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 19\n";
+    const std::string enclosing_sphere =
+        "[[object]]\nname = \"wall\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 19\n";
     for (const char* method : {"orbit-srkn6", "orbit-srkn11", "orbit-srkn14"}) {
         const auto sphere_hits = [&](double step) {
-            return run.ends(run.plan(hole_scene_text(method, step) + wall), ray_fan(impacts_above_critical, 18));
+            const auto plan_with_sphere = run.plan(hole_scene_text(method, step) + enclosing_sphere);
+            return run.ends(plan_with_sphere, ray_fan(impacts_above_critical, 18));
         };
         const auto plan = run.plan(hole_scene_text(method, 1000));
         expect_status_or_failure(run, plan, impacts_below_critical, Status::captured, 0, method);

@@ -11,7 +11,8 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double thicknesses[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 
-std::string layer(double thickness, const char* method) {
+/// Returns the scene text of a layer in which the index changes from 1.5 to 1 as tanh(z/thickness).
+std::string layer_text(double thickness, const char* method) {
     return space_text("layer", "thickness = " + number(thickness),
                       std::string("method = \"") + method + "\"\ntolerance = 1e-10\nescape_radius = 50");
 }
@@ -34,7 +35,7 @@ constexpr const char* layer_methods[] = {"srkn6", "gauss8", "rk4", "dp54"};
 void layer_refraction(CaseRun& run) {
     for (const char* method : layer_methods)
         for (const double thickness : thicknesses) {
-            const auto plan = run.plan(layer(thickness, method));
+            const auto plan = run.plan(layer_text(thickness, method));
             const auto ends = run.ends(plan, rays_from_below());
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 const std::string ray =
@@ -56,7 +57,7 @@ void layer_momentum(CaseRun& run) {
     const double ulp = run.in_float() ? 0x1p-23 : 0x1p-52;
     for (const char* method : layer_methods)
         for (const double thickness : thicknesses) {
-            const auto plan = run.plan(layer(thickness, method));
+            const auto plan = run.plan(layer_text(thickness, method));
             const auto starts = start_rays(plan, rays_from_below());
             const auto ends = run.ends(plan, starts);
             for (std::size_t i = 0; i < ends.size(); ++i)
@@ -67,9 +68,10 @@ void layer_momentum(CaseRun& run) {
 namespace {
 
 /// Returns the greatest error of direction and ray parameter λ behind a Luneburg lens of radius 1. The rays are
-/// parallel to the z axis at distances x from it. Inside the lens a ray is an arc of an ellipse, q = q0 cos τ + p0 sin
-/// τ. It reaches the focus (0, 0, 1) at τ = π/2 with p = −q0 and continues as a straight line. Gauss methods conserve
-/// the ellipse exactly, so that only the error of λ shows their order.
+/// parallel to the z axis at distances x from it, and enter the lens with q0 and p0. Inside the lens a ray is an arc of
+/// an ellipse, q = q0 cos s + p0 sin s, where s is λ minus its value at the entry. The ray reaches the focus (0, 0, 1)
+/// at s = π/2 with p = −q0 and continues as a straight line. Gauss methods conserve the ellipse exactly, so that only
+/// the error of λ shows their order.
 double lens_error(CaseRun& run, const char* method, double step) {
     const auto plan =
         run.plan(space_text("luneburg", "",
@@ -81,10 +83,11 @@ double lens_error(CaseRun& run, const char* method, double step) {
     double worst = 0;
     for (std::size_t i = 0; i < ends.size(); ++i) {
         run.expect_status(ends[i], Status::escaped, "x = " + number(offsets[i]));
-        const double root = std::sqrt(1 - offsets[i] * offsets[i]),
-                     outside = std::sqrt(15 + root * root) - root;  // to r = 4
-        const double parameter = (3 - root) + std::numbers::pi / 2 + outside;
-        worst = std::max(worst, distance(ends[i].v, {-offsets[i], 0, root}));
+        // A ray enters the lens at z = −half_chord. From the focus to the escape sphere r = 4 its length is `outside`.
+        const double half_chord = std::sqrt(1 - offsets[i] * offsets[i]);
+        const double outside = std::sqrt(15 + half_chord * half_chord) - half_chord;
+        const double parameter = (3 - half_chord) + std::numbers::pi / 2 + outside;
+        worst = std::max(worst, distance(ends[i].v, {-offsets[i], 0, half_chord}));
         worst = std::max(worst, std::abs(ends[i].parameter - parameter));
     }
     return worst;
@@ -106,14 +109,14 @@ void lens_surface(CaseRun& run) {
             continue;
         }
         // The measured order may be lower by one half, because the last step before the surface has an arbitrary
-        // length. Methods of high order reach the rounding level.
+        // length. The errors of methods of high order reach the level of rounding.
         constexpr double rounding = 1e-12;
         const double step = info.order < 4 ? 0.2 : 0.4;
         const double coarse = lens_error(run, info.name, step), fine = lens_error(run, info.name, step / 4);
         const double measured_order = std::log2(coarse / fine) / 2;
         run.expect(measured_order > info.order - 0.5 || fine < rounding,
                    std::string(info.name) + " has order " + std::to_string(measured_order));
-        if (!run.in_scalar() && fine > rounding)
+        if (!run.is_scalar() && fine > rounding)
             run.note(std::string(info.name) + " has order " + std::to_string(measured_order).substr(0, 4));
     }
 }
@@ -152,7 +155,7 @@ struct Tenths {
 };
 
 /// Returns the absolute difference between the means of H over the last and the first tenth of a path.
-double drift(CaseRun& run, const char* hamiltonian, const RayInput& ray, const char* method) {
+double energy_drift(CaseRun& run, const char* hamiltonian, const RayInput& ray, const char* method) {
     constexpr std::uint32_t steps = 1000000;
     const auto plan = run.plan(space_text(hamiltonian, "",
                                           std::string("method = \"") + method +
@@ -179,9 +182,10 @@ double drift(CaseRun& run, const char* hamiltonian, const RayInput& ray, const c
 void long_fiber(CaseRun& run) {
     const RayInput oscillating{{1, 0, 0}, {0, 0.2, 1}}, circling{{0.8, 0, 0}, {0.1, 1, 0}};
     for (const auto& [hamiltonian, ray] : {std::pair{"fiber", oscillating}, std::pair{"fisheye", circling}}) {
-        run.measure(std::string("drift of srkn6 in the ") + hamiltonian, drift(run, hamiltonian, ray, "srkn6"),
+        run.measure(std::string("drift of srkn6 in the ") + hamiltonian, energy_drift(run, hamiltonian, ray, "srkn6"),
                     run.in_float() ? 1e-3 : 1e-10);
-        run.measure(std::string("drift of rk4 in the ") + hamiltonian, drift(run, hamiltonian, ray, "rk4"), HUGE_VAL);
+        run.measure(std::string("drift of rk4 in the ") + hamiltonian, energy_drift(run, hamiltonian, ray, "rk4"),
+                    HUGE_VAL);
     }
 }
 

@@ -14,8 +14,8 @@ namespace {
 std::string scaled_text(const HamiltonianInfo& info, double scale) {
     std::string parameters;
     for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        if (const ParameterInfo& one = info.parameters[i]; const int power = power_of_length(one.unit))
-            parameters += std::string(one.name) + " = " + number(one.default_value * std::pow(scale, power)) + "\n";
+        if (const ParameterInfo& p = info.parameters[i]; const int power = power_of_length(p.unit))
+            parameters += std::string(p.name) + " = " + number(p.default_value * std::pow(scale, power)) + "\n";
     return space_text(info.name, parameters, "escape_radius = " + number(30 * scale)) +
            rectangle("floor", {-9 * scale, -9 * scale, -0.7 * scale}, {18 * scale, 0, 0}, {0, 18 * scale, 0}) +
            "[camera]\nposition = [0, " + number(-3 * scale) +
@@ -53,34 +53,36 @@ void scaled_scene(CaseRun& run) {
 }
 
 void denormals(CaseRun& run) {
-    const double small = run.in_float() ? 1e-40 : 1e-310;
-    const auto rays = [](double tiny) {
-        std::vector<RayInput> all;
-        for (int i = 0; i < 64; ++i) all.push_back({{0.3 + 0.01 * i, tiny, tiny}, {0.2, 1, tiny}});
-        return all;
+    const double denormal = run.in_float() ? 1e-40 : 1e-310;
+    // Returns rays with y = z = `value` at the start and the z component `value` of the direction.
+    const auto rays_with = [](double value) {
+        std::vector<RayInput> rays;
+        for (int i = 0; i < 64; ++i) rays.push_back({{0.3 + 0.01 * i, value, value}, {0.2, 1, value}});
+        return rays;
     };
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
         const auto plan = run.plan(
             space_text("fisheye", "", std::string("method = \"") + method + "\"\nescape_radius = 10\nmax_steps = 500"));
-        const auto seconds = [&](double tiny) {
+        const auto seconds_with = [&](double value) {
             std::vector<RayEnd> ends;
-            return trace(plan, start_rays(plan, rays(tiny)), ends).seconds;
+            return trace(plan, start_rays(plan, rays_with(value)), ends).seconds;
         };
-        const auto unscaled = run.ends(plan, rays(0)), tiny = run.ends(plan, rays(small));
-        for (std::size_t i = 0; i < unscaled.size(); ++i) {
-            run.expect_status(tiny[i], unscaled[i].status, method);
-            run.measure("difference", distance(tiny[i].q, {unscaled[i].q[0], unscaled[i].q[1], unscaled[i].q[2]}),
-                        run.in_float() ? 1e-5 : 1e-13);
+        const auto zero_ends = run.ends(plan, rays_with(0)), denormal_ends = run.ends(plan, rays_with(denormal));
+        for (std::size_t i = 0; i < zero_ends.size(); ++i) {
+            const double* q = zero_ends[i].q;
+            run.expect_status(denormal_ends[i], zero_ends[i].status, method);
+            run.measure("distance of the ray ends from those with zeros",
+                        distance(denormal_ends[i].q, {q[0], q[1], q[2]}), run.in_float() ? 1e-5 : 1e-13);
         }
-        // The minimum times in seconds are compared, because other processes may use the processor.
-        double with_small = HUGE_VAL, with_zeros = HUGE_VAL;
-        for (int i = 0; i < 50 && !(i > 2 && with_small < 20 * with_zeros); ++i) {
-            with_small = std::min(with_small, seconds(small));
-            with_zeros = std::min(with_zeros, seconds(0));
+        // The shortest times are compared, because other processes may use the processor during a run.
+        double denormal_seconds = HUGE_VAL, zero_seconds = HUGE_VAL;
+        for (int i = 0; i < 50 && !(i > 2 && denormal_seconds < 20 * zero_seconds); ++i) {
+            denormal_seconds = std::min(denormal_seconds, seconds_with(denormal));
+            zero_seconds = std::min(zero_seconds, seconds_with(0));
         }
-        run.expect(with_small < 20 * with_zeros, "runs with denormals take " + three_digits(with_small / with_zeros) +
-                                                     " times as long as with zeros; at most 20 times is expected, " +
-                                                     method);
+        run.expect(denormal_seconds < 20 * zero_seconds,
+                   "runs with denormals take " + three_digits(denormal_seconds / zero_seconds) +
+                       " times as long as with zeros; at most 20 times is expected, " + method);
     }
 }
 
@@ -92,6 +94,7 @@ std::string float_scene(const char* method, double step) {
            "[camera]\nposition = [0, -40, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\nfov = 30\n[film]\nsize = [48, 32]\n";
 }
 
+/// Traces the rays of all pixels of `float_scene` and returns their ends.
 std::vector<RayEnd> picture_ends(CaseRun& run, const Options& options, const char* method, double step) {
     SceneDescription scene = run.scene(float_scene(method, step), true);
     scene.integrator.escape_radius = 50;
@@ -102,8 +105,9 @@ std::vector<RayEnd> picture_ends(CaseRun& run, const Options& options, const cha
     return run.ends(plan, starts);
 }
 
-/// Returns the sorted distances of the ray ends from the reference. Only rays with b > 1.2 b_c are included, whose
-/// deflection multiplies errors by at most about ten.
+/// Returns the sorted distances of the ray ends in float from the reference. Only rays with b > 1.2 b_c are included,
+/// whose deflection multiplies errors by at most about ten. At most two of all rays may have another status than in the
+/// reference.
 std::vector<double> float_errors(CaseRun& run, const std::vector<RayEnd>& reference, const char* method, double step) {
     const auto float_ends = picture_ends(run, run.options(), method, step);
     std::vector<double> errors;
@@ -126,8 +130,8 @@ std::vector<double> float_errors(CaseRun& run, const std::vector<RayEnd>& refere
 
 }  // namespace
 
-// Compares every ray of a picture in float with the same ray in double with small steps. Gauss methods use compensated
-// summation, so that shorter steps must not increase the median error. The 90th and 99th percentiles depend on few
+// Compares every ray of a picture in float with the same ray in double with a short step. Gauss methods use compensated
+// summation, so shorter steps must not increase the median error. The 90th and 99th percentiles depend on few
 // rays and may increase by a factor of 4. Without compensation, 32 times as many steps would increase them by a factor
 // of 32. The errors of the other methods are reported without a bound.
 void float_floor(CaseRun& run) {
@@ -137,7 +141,8 @@ void float_floor(CaseRun& run) {
     const auto reference = picture_ends(run, in_double, "gauss8", 0.05);
     for (const char* method : {"gauss8", "gauss12", "suzuki4-nine", "rk4"}) {
         const bool compensated = std::string(method).starts_with("gauss");
-        double least[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, greatest_error = 0;
+        double least_errors[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};  // of the longer steps, one per quantile
+        double greatest_error = 0;
         std::string percentiles;
         for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {
             const auto errors = float_errors(run, reference, method, step);
@@ -149,17 +154,17 @@ void float_floor(CaseRun& run) {
                 const double error = errors[static_cast<std::size_t>(quantiles[k] * double(errors.size() - 1))];
                 // Fluctuations by rounding of up to four ulp of r = 50 are permitted.
                 if (compensated)
-                    run.expect(error < (k == 0 ? 1 : 4) * least[k] + 4 * 0x1p-18,
+                    run.expect(error < (k == 0 ? 1 : 4) * least_errors[k] + 4 * 0x1p-18,
                                "error " + std::to_string(error) + " (quantile " + number(quantiles[k]) + ") at step " +
-                                   number(step) + " is too large compared with " + std::to_string(least[k]) +
+                                   number(step) + " is too large compared with " + std::to_string(least_errors[k]) +
                                    " at a longer step, " + method);
-                least[k] = std::min(least[k], error);
+                least_errors[k] = std::min(least_errors[k], error);
                 if (k != 1) percentiles += (k == 0 ? (percentiles.empty() ? "" : ", ") : " and ") + three_digits(error);
             }
             greatest_error = errors.back();
         }
         if (compensated) run.measure("greatest error at the shortest step", greatest_error, 1e-3);
-        if (!run.in_scalar())
+        if (!run.is_scalar())
             run.note(std::string(method) +
                      ", median and 99th percentile of the error at steps 0.4 to 0.0125: " + percentiles);
     }

@@ -24,7 +24,7 @@ inline const OrbitPlane planes[] = {
     {{2.0 / 3, 1.0 / 3, 2.0 / 3}, {1.0 / 3, 2.0 / 3, -2.0 / 3}},
 };
 
-/// Returns the inward ray in a plane that starts at radius r with impact parameter b. For H = 0 and p_t = 1, dq/dλ has
+/// Returns an inward ray in `plane` with impact parameter b that starts at radius r. For H = 0 and p_t = 1, dq/dλ has
 /// the radial component −√(1 − (1 − 1/r) b²/r²) and the tangential component b/r.
 inline RayInput ray_inward(const OrbitPlane& plane, double b, double r) {
     const double radial = -std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), tangential = b / r;
@@ -36,7 +36,7 @@ inline RayInput ray_inward(const OrbitPlane& plane, double b, double r) {
     return ray;
 }
 
-/// Returns the scene text of a hole of r_g = 1. `integrator` holds further lines of the [integrator] table.
+/// Returns the scene text of a hole of r_g = 1. `integrator` contains further lines of the table [integrator].
 std::string hole_scene_text(const std::string& method, double step, const std::string& integrator = "");
 
 }  // namespace kagero::stability

@@ -23,8 +23,9 @@ void unusable_input(CaseRun& run) {
         const RayInput valid{{0.7, 0, 0.3}, {0.1, 1, 0.1}};
         const auto alone = run.ends(plan, {valid});
         rays.insert(rays.begin() + 2, valid);
-        const auto among = run.ends(plan, rays);
-        run.expect(among[2].status == alone[0].status && std::equal(among[2].q, among[2].q + 3, alone[0].q),
+        const RayEnd among_invalid = run.ends(plan, rays)[2];
+        run.expect(among_invalid.status == alone[0].status &&
+                       std::equal(among_invalid.q, among_invalid.q + 3, alone[0].q),
                    std::string("an invalid ray changes the end of another ray, ") + hamiltonian);
     }
     const auto schwarzschild = run.plan(space_text("schwarzschild", "rg = 1.0", "escape_radius = 50"));
@@ -89,7 +90,7 @@ namespace {
 /// First hit of a straight camera ray in the scene of `straight_picture`.
 struct StraightHit {
     int object = -1;             ///< 0: the plate; 1: the ball; −1: no hit.
-    double distance = HUGE_VAL;  ///< In lengths of the direction vector.
+    double distance = HUGE_VAL;  ///< Distance from the eye divided by the length of the direction vector.
 };
 
 constexpr Double3 eye{0.1, -6, 0.4};
@@ -99,10 +100,12 @@ StraightHit intersect(const Double3& d) {
     StraightHit hit;
     const double to_plate = (1.5 - eye[1]) / d[1], x = eye[0] + to_plate * d[0], z = eye[2] + to_plate * d[2];
     if (to_plate > 0 && std::abs(x) < 1.2 && std::abs(z) < 0.9) hit = {0, to_plate};
-    const Double3 ball{-0.6, 0, 0.5}, from{eye[0] - ball[0], eye[1] - ball[1], eye[2] - ball[2]};
-    const double half_b = dot(from, d), root = half_b * half_b - dot(d, d) * (dot(from, from) - 0.49);
-    if (root > 0 && (-half_b - std::sqrt(root)) / dot(d, d) < hit.distance)
-        hit = {1, (-half_b - std::sqrt(root)) / dot(d, d)};
+    const Double3 ball{-0.6, 0, 0.5}, offset{eye[0] - ball[0], eye[1] - ball[1], eye[2] - ball[2]};
+    // A point of the ray at parameter t lies on the ball if d·d t² + 2 half_b t + offset·offset − 0.7² = 0.
+    const double half_b = dot(offset, d);
+    const double discriminant = half_b * half_b - dot(d, d) * (dot(offset, offset) - 0.49);
+    if (discriminant > 0 && (-half_b - std::sqrt(discriminant)) / dot(d, d) < hit.distance)
+        hit = {1, (-half_b - std::sqrt(discriminant)) / dot(d, d)};
     return hit;
 }
 
@@ -150,9 +153,9 @@ void straight_picture(CaseRun& run) {
             if (hit->object < 0 || ends[i].status != Status::hit) continue;
             run.expect(ends[i].surface == static_cast<std::uint32_t>(hit->object),
                        "the ray hits the wrong object, " + pixel);
-            Double3 at = direction(plan.view.camera, i % 48 + 0.5, i / 48 + 0.5);
-            for (std::size_t k = 0; k < 3; ++k) at[k] = eye[k] + hit->distance * at[k];
-            run.measure("distance of the hit from its exact position", distance(ends[i].q, at),
+            Double3 exact = direction(plan.view.camera, i % 48 + 0.5, i / 48 + 0.5);
+            for (std::size_t k = 0; k < 3; ++k) exact[k] = eye[k] + hit->distance * exact[k];
+            run.measure("distance of the hit from its exact position", distance(ends[i].q, exact),
                         run.in_float() ? 1e-3 : 1e-9);
         }
     }

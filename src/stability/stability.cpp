@@ -20,7 +20,7 @@ struct Case {
     void (*function)(CaseRun&);
 };
 
-// Each row defines a case. `expected` applies to every precision and strategy, except where it names one.
+// Each row defines a case. `expected` applies to every precision and strategy unless it names a precision or strategy.
 constexpr Case cases[] = {
     {"layer-refraction", "refraction and total reflection at an index layer tanh(z/d), d = 1e-1 … 1e-6",
      "each ray is transmitted or reflected as Snell's law predicts; direction within 1e-6 for d >= 1e-3 (double)",
@@ -82,6 +82,8 @@ constexpr Case cases[] = {
      "same picture as with straight rays, pixel by pixel", stability::straight_picture},
 };
 
+/// Runs a case in every precision with every strategy on one instruction set. All strategies must have the same
+/// statuses of rays.
 StabilityOutcome run_case(const Case& chosen, const StabilityRequest& request, const std::string& isa) {
     Findings findings;
     for (const Precision precision : request.precisions) {

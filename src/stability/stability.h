@@ -1,4 +1,4 @@
-/// Stiff and extreme cases: small scenes whose result is known from theory. The kernels and the loop are those of
+/// Stiff and extreme cases: small scenes whose result is known from theory. Rays are traced by the same kernels as in
 /// `render` and `trace`.
 #pragma once
 
@@ -33,13 +33,13 @@ struct StabilityRequest {
     unsigned threads = 0;  ///< Number of threads; 0: all processors.
 };
 
-/// Returns the names of all cases, in the order of the table.
+/// Returns the names of all cases, in the order of the table in stability.cpp.
 std::vector<std::string> stability_case_names();
 /// Throws InputError if a name is not the name of a case.
 void require_cases(const std::vector<std::string>& names);
 
-/// Runs the named cases in the order of the table, or all cases if `names` is empty. Calls `done` after each case.
-/// Starts no further case if `stop` is set. Throws InputError, with a near match, for an unknown name.
+/// Runs the named cases, or all cases if `names` is empty, in the order of the table. Calls `done` after each case.
+/// Starts no further case if `stop` is set. Throws InputError for an unknown name; the message suggests a similar name.
 std::vector<StabilityRow> run_stability(const std::vector<std::string>& names, const StabilityRequest& request,
                                         const std::function<void(const StabilityRow&)>& done = {},
                                         const std::atomic<bool>* stop = nullptr);

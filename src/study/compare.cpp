@@ -18,16 +18,17 @@ namespace {
 struct TimedRow {
     CompareRow row;
     Plan plan;                    ///< Plan with the row's kernel, method and step.
-    std::size_t baseline = 0;     ///< Index of the row that this row is compared with.
+    std::size_t baseline = 0;     ///< Index of the row of the baseline.
     std::vector<double> seconds;  ///< Time to render the picture in each round.
 };
 
-/// Returns true for the scalar kernel in double, with which the other kernels are compared.
+/// Returns true for the scalar kernel in double without auto-vectorization.
 bool is_baseline(const KernelInfo& kernel) {
     return kernel.strategy == Strategy::scalar && kernel.form == Form::none && kernel.precision == Precision::float64;
 }
 
-/// Returns the arrangement of a packet's pixels as WIDTHxHEIGHT. For a gang, the number of packets precedes it.
+/// Returns the arrangement of a packet's pixels as WIDTHxHEIGHT. For a gang of N packets, returns "N of WIDTHxHEIGHT".
+/// With `scanlines`, a packet covers adjacent pixels of one row of the picture.
 std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines) {
     if (kernel.form == Form::gang) {
         const KernelInfo& packet =
@@ -37,9 +38,9 @@ std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines)
                           });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
-    const std::uint32_t lanes = kernel.lanes, wide = block_width(lanes);
-    const bool blocks = plan.job().camera && !scanlines;
-    return blocks ? std::to_string(wide) + "x" + std::to_string(lanes / wide) : std::to_string(lanes) + "x1";
+    const std::uint32_t lanes = kernel.lanes;
+    const std::uint32_t width = plan.job().camera && !scanlines ? block_width(lanes) : lanes;
+    return std::to_string(width) + "x" + std::to_string(lanes / width);
 }
 
 /// Runs one comparison.
@@ -54,7 +55,7 @@ public:
         choose_rows();
         compare_pictures();
         for (unsigned round = 0; round < options_.rounds && !stopped(); ++round) measure_times(round);
-        for (TimedRow& timed : rows_) finish(timed);
+        for (TimedRow& timed : rows_) summarize(timed);
         result_.interrupted = stopped();
         return std::move(result_);
     }
@@ -65,6 +66,7 @@ private:
         if (progress_)
             progress_(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count());
     }
+    /// Adds the plan of the scene for one instruction set. The first plan determines the remarks.
     void add_plan(SceneDescription scene, const std::string& isa) {
         scene.integrator.lanes = 0;
         Options options;
@@ -81,16 +83,16 @@ private:
     }
     bool is_selected(const KernelInfo& kernel) const;
     void choose_rows();
-    void choose_by_method(const Plan& plan, const std::string& method);
-    void choose_by_error(const Plan& plan, const Candidates& candidates);
-    void add(const Plan& plan, const Variant& variant, std::size_t& baseline);
+    void add_rows_with_method(const Plan& plan, const std::string& method);
+    void add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates);
+    void add_rows_of_kernel(const Plan& plan, const Variant& variant, std::size_t& baseline);
     void check_lanes() const;
     void check_selection() const;
     void check_method(const Plan& plan, const std::string& method) const;
     RunReport render_row(const TimedRow& timed, Film& film) const;
     void compare_pictures();
     void measure_times(unsigned round);
-    void finish(TimedRow& timed);
+    void summarize(TimedRow& timed);
 
     const CompareOptions& options_;
     const Progress& progress_;
@@ -101,6 +103,7 @@ private:
     Comparison result_;
 };
 
+/// Returns true if the options select the kernel.
 bool Comparer::is_selected(const KernelInfo& kernel) const {
     if (options_.strategy && kernel.strategy != *options_.strategy) return false;
     if (options_.precision && kernel.precision != *options_.precision) return false;
@@ -145,21 +148,22 @@ void Comparer::check_selection() const {
     throw InputError(requested + ": no kernel has these properties; `kagero list strategies` shows all kernels");
 }
 
+/// Adds the rows of all selected kernels and methods.
 void Comparer::choose_rows() {
     check_lanes();
     check_selection();
     if (options_.equal_error > 0) {
         const Candidates candidates = find_candidates(plans_.front(), options_.equal_error, stop_);
-        for (const Plan& plan : plans_) choose_by_error(plan, candidates);
+        for (const Plan& plan : plans_) add_rows_with_cheapest_methods(plan, candidates);
         return;
     }
     auto methods = options_.methods;
     if (methods.empty()) methods.push_back(plans_.front().method().name);
     for (const Plan& plan : plans_)
-        for (const std::string& method : methods) choose_by_method(plan, method);
+        for (const std::string& method : methods) add_rows_with_method(plan, method);
 }
 
-/// Throws InputError if a method does not exist or does not support the space.
+/// Throws InputError if the method does not exist or does not support the space.
 void Comparer::check_method(const Plan& plan, const std::string& method) const {
     std::vector<std::string> existing;
     for (std::uint32_t i = 0; i < plan.module().integrator_count; ++i)
@@ -186,7 +190,8 @@ std::vector<const KernelInfo*> baseline_first(const Module& module) {
     return kernels;
 }
 
-void Comparer::choose_by_method(const Plan& plan, const std::string& method) {
+/// Adds the rows of the selected kernels, all with the same method.
+void Comparer::add_rows_with_method(const Plan& plan, const std::string& method) {
     check_method(plan, method);
     std::size_t baseline = rows_.size();
     for (const KernelInfo* kernel : baseline_first(plan.module())) {
@@ -204,11 +209,12 @@ void Comparer::choose_by_method(const Plan& plan, const std::string& method) {
         variant->step = info_of(plan, *variant).adaptive ? plan.run.tolerance
                         : scene.step_location            ? kernel_step(plan, *variant, scene.step)
                                                          : equivalent_step(plan, *variant);
-        add(plan, *variant, baseline);
+        add_rows_of_kernel(plan, *variant, baseline);
     }
 }
 
-void Comparer::choose_by_error(const Plan& plan, const Candidates& candidates) {
+/// Adds the rows of the selected kernels, each with the cheapest of the candidates for this kernel.
+void Comparer::add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates) {
     std::size_t baseline = rows_.size();
     for (const KernelInfo* kernel : baseline_first(plan.module())) {
         if (stopped()) return;
@@ -222,7 +228,7 @@ void Comparer::choose_by_error(const Plan& plan, const Candidates& candidates) {
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
         if (stopped()) return;
         if (variant) {
-            add(plan, *variant, baseline);
+            add_rows_of_kernel(plan, *variant, baseline);
         } else if (is_baseline(*kernel)) {
             throw RunError("--equal-error: no method in double precision meets this bound on the error; increase it");
         } else {
@@ -232,7 +238,9 @@ void Comparer::choose_by_error(const Plan& plan, const Candidates& candidates) {
     }
 }
 
-void Comparer::add(const Plan& plan, const Variant& variant, std::size_t& baseline) {
+/// Adds one row or two rows of the variant's kernel. `baseline` is the index of the row of the baseline; it is set if
+/// this kernel is the baseline.
+void Comparer::add_rows_of_kernel(const Plan& plan, const Variant& variant, std::size_t& baseline) {
     const KernelInfo& kernel = *variant.kernel;
     if (is_baseline(kernel)) baseline = rows_.size();
     TimedRow timed{{}, plan_with_variant(plan, variant), baseline, {}};
@@ -244,8 +252,8 @@ void Comparer::add(const Plan& plan, const Variant& variant, std::size_t& baseli
     row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.run.solver_tolerance;
     row.shape = shape_of(plan, kernel, false);
     rows_.push_back(timed);
-    // A second row measures packets that cover adjacent pixels of one row of the picture, as in Satoh (2003). It exists
-    // only for kernels that support every space, and whose packets are not wider than a tile.
+    // The second row of a kernel measures packets that cover adjacent pixels of one row of the picture, as in Satoh
+    // (2003). It is added only for kernels that support every space, and whose packets are not wider than a tile.
     constexpr std::uint32_t tile_width = 32;
     if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > tile_width || !plan.job().camera)
         return;
@@ -258,7 +266,8 @@ RunReport Comparer::render_row(const TimedRow& timed, Film& film) const {
     return render_with_errors(timed.plan, film, {.stop = stop_});
 }
 
-/// Renders every row once and compares its picture with the baseline's. This run also warms up caches and clock rates.
+/// Renders every row once and compares its picture with that of the baseline. This run also warms up caches and clock
+/// rates.
 void Comparer::compare_pictures() {
     std::map<std::size_t, Film> films;
     for (std::size_t i = 0; i < rows_.size() && !stopped(); ++i) {
@@ -273,39 +282,41 @@ void Comparer::compare_pictures() {
         if (work.issued_lane_steps)
             timed.row.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (timed.baseline == i) {
-            films.clear();  // rows with the same baseline are adjacent
+            films.clear();  // Rows with the same baseline are adjacent.
             films.emplace(i, std::move(film));
             continue;
         }
         const Film& expected = films.at(timed.baseline);
-        const auto at = [](const Film& f, const char* layer, std::size_t k) { return f.plane(layer)[k]; };
+        const auto value = [](const Film& f, const char* layer, std::size_t k) { return f.plane(layer)[k]; };
         for (std::size_t k = 0; k < std::size_t(size.width) * size.height; ++k) {
-            const bool same = at(expected, "status", k) == at(film, "status", k) &&
-                              at(expected, "object", k) == at(film, "object", k);
-            if (!same) ++timed.row.flips;
-            for (std::size_t c = 0; same && c < 3; ++c)
+            const bool is_flip = value(expected, "status", k) != value(film, "status", k) ||
+                                 value(expected, "object", k) != value(film, "object", k);
+            if (is_flip) ++timed.row.flips;
+            for (std::size_t c = 0; !is_flip && c < 3; ++c)
                 timed.row.max_difference =
                     std::max(timed.row.max_difference,
-                             double(std::abs(at(expected, "color", 3 * k + c) - at(film, "color", 3 * k + c))));
+                             double(std::abs(value(expected, "color", 3 * k + c) - value(film, "color", 3 * k + c))));
         }
         report_progress(double(i + 1) / double(rows_.size() * (options_.rounds + 1)));
     }
 }
 
+/// Renders every row once and stores the times.
 void Comparer::measure_times(unsigned round) {
-    const double all = double(rows_.size() * (options_.rounds + 1));
+    const double all_renders = double(rows_.size() * (options_.rounds + 1));
     for (std::size_t i = 0; i < rows_.size(); ++i) {
         const FilmDescription& film = rows_[i].plan.description().film;
         Film picture(film.width, film.height, film.layers);
         const RunReport report = render_row(rows_[i], picture);
         if (stopped()) return;
         rows_[i].seconds.push_back(report.seconds);
-        report_progress(double(rows_.size() * (round + 1) + i + 1) / all);
+        report_progress(double(rows_.size() * (round + 1) + i + 1) / all_renders);
     }
     ++result_.rounds;
 }
 
-void Comparer::finish(TimedRow& timed) {
+/// Computes the statistics of a row from its times and adds it to the result.
+void Comparer::summarize(TimedRow& timed) {
     const auto& baseline = rows_[timed.baseline].seconds;
     timed.seconds.resize(result_.rounds);  // Removes the time of an interrupted round.
     std::vector<double> ratios;

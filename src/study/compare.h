@@ -19,7 +19,8 @@ struct CompareOptions {
     /// Bound on the pixel error, in pixels. Each kernel uses its cheapest method that meets the bound. 0: all kernels
     /// use the same method and step.
     double equal_error = 0;
-    unsigned rounds = 5, threads = 1;
+    unsigned rounds = 5;   ///< Number of timed runs of each kernel.
+    unsigned threads = 1;  ///< Number of threads of each run.
 };
 
 /// Result of one kernel.
@@ -43,15 +44,15 @@ struct CompareRow {
 struct Comparison {
     std::vector<CompareRow> rows;
     std::vector<std::array<std::string, 2>> left_out;  ///< Pairs (kernel, reason) of kernels that were not compared.
-    std::vector<std::string> remarks;                  ///< Remarks on the scene for the user.
-    std::string compiler;
-    std::uint64_t rays = 0;  ///< Number of rays of the picture.
-    unsigned rounds = 0;     ///< Number of completed rounds.
+    std::vector<std::string> remarks;                  ///< Remarks on the scene, and on keys that `compare` ignores.
+    std::string compiler;                              ///< Compiler of the kernel modules.
+    std::uint64_t rays = 0;                            ///< Number of rays of the picture.
+    unsigned rounds = 0;                               ///< Number of completed rounds.
     bool interrupted = false;
 };
 
 /// Renders the scene with every selected kernel and compares pictures and times. The baseline of a kernel is the scalar
-/// kernel in double of the same instruction set. It has the same method, except with `equal_error`. Every kernel runs
+/// kernel in double of the same instruction set. Without `equal_error`, both have the same method. Every kernel runs
 /// once per round, so that a temporary disturbance of the machine affects all of them. Throws InputError if the scene
 /// or the options are not supported.
 Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress = {},

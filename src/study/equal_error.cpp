@@ -16,7 +16,7 @@ constexpr double max_relative_gradients = 3;
 /// Number of times that each candidate is timed. The runs are interleaved, so that a disturbance of the machine affects
 /// all candidates.
 constexpr unsigned timed_rounds = 9;
-/// Candidates that take more than this multiple of the shortest time are dropped after the second round.
+/// From the second round on, candidates that take more than this multiple of the shortest time are dropped.
 constexpr double max_relative_time = 1.5;
 
 /// A candidate with its measured time.
@@ -26,14 +26,15 @@ struct TimedVariant {
     double min_seconds = std::numeric_limits<double>::infinity();  ///< Shortest time of a run.
 };
 
-/// Returns a sample of about 32768 rays in tiles from all parts of the picture. Whole tiles are sampled because the
+/// Returns tiles with about 32768 rays in total, from all parts of the picture. Whole tiles are sampled because the
 /// time of a packet and of its queries depends on neighbouring rays.
 WorkList sample_of(const Plan& plan) {
-    constexpr std::size_t rays = 32768;
+    constexpr std::size_t sample_rays = 32768;
     const WorkList all = split_into_tiles(plan, plan.view.window, Schedule::tiles);
-    const double all_rays = std::accumulate(all.costs.begin(), all.costs.end(), 0.0);
-    // The interval is odd, because an even interval could select the tiles of a few columns only.
-    const std::size_t interval = static_cast<std::size_t>(all_rays / rays) | 1;
+    const double all_rays = std::accumulate(all.costs.begin(), all.costs.end(), 0.0);  // A cost is a number of rays.
+    // The interval is odd. An even interval could divide the number of tiles in a row, and the sample would then
+    // contain only a few columns of tiles.
+    const std::size_t interval = static_cast<std::size_t>(all_rays / sample_rays) | 1;
     WorkList sample;
     for (std::size_t i = 0; i < all.tiles.size(); i += interval) {
         sample.tiles.push_back(all.tiles[i]);

@@ -20,7 +20,8 @@ struct Candidate {
 
 using Candidates = std::vector<Candidate>;
 /// Returns the cheapest step of each method and precision: the one that needs the fewest gradients among those whose
-/// 99th percentile of the pixel error is at most `pixels`. Throws RunError if the reference is not confirmed.
+/// 99th percentile of the pixel error is at most `pixels`. Throws RunError if a second method does not confirm the
+/// reference, see `is_confirmed`.
 Candidates find_candidates(const Plan& plan, double pixels, const std::atomic<bool>* stop);
 
 /// Times the candidates of the kernel's precision on a sample of the picture's tiles and returns the fastest. Returns

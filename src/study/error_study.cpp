@@ -10,20 +10,20 @@
 namespace kagero {
 namespace {
 
-/// Number of rays whose energy errors are recorded step by step.
-constexpr std::size_t drift_rays = 8;
-/// A quick study measures errors on all rays and threads. It times one block of adjacent rays out of `blocks_per_one`.
-constexpr std::size_t rays_in_a_block = 64, blocks_per_one = 4;
+/// Greatest number of rays on which the energy drift of a method is measured.
+constexpr std::size_t max_drift_rays = 8;
+/// A quick study measures errors on all rays and threads, but times only every fourth block of adjacent rays.
+constexpr std::size_t rays_per_block = 64, timed_block_interval = 4;
 /// Total time of the repeated runs of each point, seconds. There are at least StudyOptions::repeats runs, and at most
 /// four times as many.
 constexpr double seconds_per_point = 0.15;
 /// Total time of the runs of each point in a quick study, seconds.
 constexpr double seconds_per_quick_point = 0.25;
-/// Greatest width of the pictures that are compared, pixels.
+/// Greatest width of the compared pictures, pixels.
 constexpr std::uint32_t picture_width = 128;
 
-/// Returns the limit of steps for runs without surfaces: the number that 99 % of the rays need with surfaces. Without
-/// this limit, rays on closed orbits would run to the scene's limit.
+/// Returns the limit of steps for runs without surfaces: one more than 99 % of the rays need with surfaces. `ends` are
+/// the ray ends with surfaces. Without this limit, rays on closed orbits would run to the scene's limit.
 std::uint32_t step_limit_of(const std::vector<RayEnd>& ends) {
     std::vector<double> steps;
     for (const RayEnd& end : ends) steps.push_back(end.steps);
@@ -39,14 +39,15 @@ Plan without_surfaces(Plan plan, std::uint32_t max_steps) {
     return plan;
 }
 
-/// A point of the study and the data for timing it repeatedly.
+/// A point of the study, and the times of its runs with and without surfaces.
 struct TimedPoint {
     Variant variant;
-    std::size_t curve, point;               ///< Index of the curve, and of the point on it.
-    double estimate = 0;                    ///< Estimated time of one run with and one without surfaces, seconds.
-    unsigned repeats = 0;                   ///< Number of runs to time.
-    std::uint32_t max_steps = 0;            ///< Limit of steps without surfaces.
-    std::vector<double> with{}, without{};  ///< Nanoseconds per ray, with and without surfaces.
+    std::size_t curve, point;                ///< Index of the curve, and of the point on it.
+    double estimate = 0;                     ///< Estimated seconds of one run with and one run without surfaces.
+    unsigned repeats = 0;                    ///< Number of timed runs with surfaces, and of those without.
+    std::uint32_t max_steps = 0;             ///< Limit of steps without surfaces.
+    std::vector<double> with_surfaces{};     ///< Nanoseconds per ray of each run with surfaces.
+    std::vector<double> without_surfaces{};  ///< Nanoseconds per ray of each run without surfaces.
 };
 
 /// Runs one error study.
@@ -65,22 +66,23 @@ private:
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     /// Returns the estimated share of the study's time that `measure_ladders` takes, for the progress report.
     double share_of_ladders() const { return study_.options.quick ? 0.6 : 0.3; }
-    void report(double done) const {
+    void report_progress(double done) const {
         if (progress_) progress_(done, seconds());
     }
     Plan plan_for_timing(const Variant& variant) const;
     void choose_drift_rays();
     void choose_timed_rays();
     void measure_ladders();
-    bool estimate_time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                       const std::vector<RayEnd>& ends);
-    void choose_shown_curves();
+    bool add_timed_point(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
+                         const std::vector<RayEnd>& ends);
+    void choose_main_curves();
     void repeat_timing();
     void store_times();
     void choose_cheapest();
-    Cheapest cheapest(double error, const char* measure, Percentiles RayErrors::*quantity) const;
+    CheapestPoint cheapest_within(double bound, const char* quantity, Percentiles RayErrors::*errors) const;
     void trace_energy();
     void compare_pictures();
+    /// Returns the gradient evaluations per ray of a point.
     double gradients_of(const TimedPoint& timed) const {
         return study_.curves[timed.curve].points[timed.point].gradients;
     }
@@ -93,7 +95,7 @@ private:
     CurveBuilder builder_;
     ErrorStudy study_;
     std::vector<RayStart> drift_rays_, timed_rays_;
-    std::size_t energy_ray_ = 0;  ///< Index of the ray along which the energy trace is recorded.
+    std::size_t energy_ray_ = 0;  ///< Index of the sample ray along which the energy traces are recorded.
     std::vector<TimedPoint> timed_;
 };
 
@@ -103,7 +105,7 @@ ErrorStudy Study::run() {
     choose_timed_rays();
     measure_ladders();
     static_cast<ErrorCurves&>(study_) = builder_.finish();
-    choose_shown_curves();
+    choose_main_curves();
     repeat_timing();
     choose_cheapest();
     study_.strategies = strategy_times(plan(), study_.sample.starts, study_.options.threads, stop_);
@@ -121,9 +123,9 @@ Plan Study::plan_for_timing(const Variant& variant) const {
     return timed;
 }
 
-/// Chooses up to `drift_rays` well-conditioned rays from all parts of the picture. The energy error of an
-/// ill-conditioned ray would depend more on the ray than on the method. The energy trace is recorded along the
-/// well-conditioned ray with the greatest conditioning.
+/// Chooses up to `max_drift_rays` rays with a conditioning below 100, from all parts of the picture. The energy error
+/// of an ill-conditioned ray would depend more on the ray than on the method. The energy traces are recorded along the
+/// ray with the greatest conditioning below 100.
 void Study::choose_drift_rays() {
     const ReferenceRays& rays = builder_.reference_rays();
     constexpr double max_conditioning = 100;
@@ -135,40 +137,40 @@ void Study::choose_drift_rays() {
         if (candidates.empty() || rays.conditioning[i] > rays.conditioning[energy_ray_]) energy_ray_ = i;
         candidates.push_back(i);
     }
-    const std::size_t target = std::min(drift_rays, candidates.size());
-    for (std::size_t k = 0; k < target; ++k)
+    const std::size_t count = std::min(max_drift_rays, candidates.size());
+    for (std::size_t k = 0; k < count; ++k)
         drift_rays_.push_back(
-            builder_.curves().sample.starts[candidates[(2 * k + 1) * candidates.size() / (2 * target)]]);
+            builder_.curves().sample.starts[candidates[(2 * k + 1) * candidates.size() / (2 * count)]]);
 }
 
-/// Chooses the rays that are timed: all, or one block out of several in a quick study.
+/// Chooses the rays that are timed: all rays, or every fourth block of rays in a quick study.
 void Study::choose_timed_rays() {
     const std::vector<RayStart>& all = builder_.curves().sample.starts;
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (!study_.options.quick || i / rays_in_a_block % blocks_per_one == 0) timed_rays_.push_back(all[i]);
+        if (!study_.options.quick || i / rays_per_block % timed_block_interval == 0) timed_rays_.push_back(all[i]);
 }
 
 void Study::measure_ladders() {
-    const auto estimate = [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                              const std::vector<RayEnd>& ends) {
-        return estimate_time(variant, curve, point, run, ends);
+    const auto add_point = [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
+                               const std::vector<RayEnd>& ends) {
+        return add_timed_point(variant, curve, point, run, ends);
     };
-    builder_.measure_ladders([&](double done) { report(share_of_ladders() * done); }, estimate);
+    builder_.measure_ladders([&](double done) { report_progress(share_of_ladders() * done); }, add_point);
 }
 
-/// Estimates the time of a point and measures its energy errors. `run` is the report of the run that measured the
-/// errors of its ray ends. In a quick study, the timed rays are traced once more, and this run counts as the first
-/// timed run. Returns false if a run was interrupted.
-bool Study::estimate_time(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                          const std::vector<RayEnd>& ends) {
+/// Adds a point to the timed points, estimates its time and measures its energy drift. `run` and `ends` are the report
+/// and the ray ends of the run that measured the errors of the point. A quick study traces the timed rays once more;
+/// that run counts as the first timed run. Returns false if a run was interrupted.
+bool Study::add_timed_point(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
+                            const std::vector<RayEnd>& ends) {
     TimedPoint timed{variant, curve, builder_.curves().curves[curve].points.size(), 0, 0, step_limit_of(ends)};
     const bool quick = study_.options.quick;
-    double seconds = run.seconds;
+    double seconds_with = run.seconds;  // of a run with surfaces
     std::vector<RayEnd> unused;
     if (quick) {
         const RunReport timed_run = trace(plan_for_timing(variant), timed_rays_, unused, builder_.control());
         if (timed_run.interrupted) return false;
-        seconds = timed_run.seconds;
+        seconds_with = timed_run.seconds;
     }
     const Plan plan_without =
         without_surfaces(quick ? plan_for_timing(variant) : plan_with_variant(plan(), variant), timed.max_steps);
@@ -176,63 +178,65 @@ bool Study::estimate_time(const Variant& variant, std::size_t curve, StudyPoint&
     if (without.interrupted) return false;
     const double timed_rays = double(timed_rays_.size());
     point.steps_without_surfaces = double(without.counters.steps) / timed_rays;
-    timed.estimate = (seconds + without.seconds) * plan_without.run.threads / study_.options.threads;
+    // These runs and the timed runs may have different numbers of threads.
+    timed.estimate = (seconds_with + without.seconds) * plan_without.run.threads / study_.options.threads;
     if (quick) {
-        timed.with = {1e9 * seconds / timed_rays};
-        timed.without = {1e9 * without.seconds / timed_rays};
+        timed.with_surfaces = {1e9 * seconds_with / timed_rays};
+        timed.without_surfaces = {1e9 * without.seconds / timed_rays};
     }
     point.drift = energy_drift(plan(), variant, drift_rays_);
     timed_.push_back(std::move(timed));
     return true;
 }
 
-/// Chooses strategy and precision of the curves that the order table and the charts show: the first that were measured
-/// of packets in double, packets in float, scalar double and scalar float.
-void Study::choose_shown_curves() {
-    const auto studied = [&](Strategy strategy, Precision precision) {
+/// Chooses strategy and precision of the main curves: the first combination with a measured curve, in the order packets
+/// in double, packets in float, scalar in double, scalar in float.
+void Study::choose_main_curves() {
+    const auto has_curve = [&](Strategy strategy, Precision precision) {
         return std::any_of(study_.curves.begin(), study_.curves.end(), [&](const StudyCurve& curve) {
             return curve.strategy == strategy && curve.precision == precision;
         });
     };
     for (const Strategy strategy : {Strategy::packet, Strategy::scalar})
         for (const Precision precision : {Precision::float64, Precision::float32})
-            if (studied(strategy, precision)) {
-                study_.strategy = strategy;
-                study_.precision = precision;
+            if (has_curve(strategy, precision)) {
+                study_.main_strategy = strategy;
+                study_.main_precision = precision;
                 return;
             }
 }
 
 /// Repeats the timed runs. They are interleaved, so that a temporary disturbance of the machine affects every method.
 void Study::repeat_timing() {
-    double total = 0, done = 0;
+    double total_seconds = 0, done_seconds = 0;  // Estimates, for the progress report.
     unsigned max_repeats = 0;
     for (TimedPoint& timed : timed_) {
         // Short runs are repeated more often, because a disturbance changes their times more.
-        const double target = std::min(4.0, std::ceil(seconds_per_point / (timed.estimate * study_.options.repeats)));
-        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, target));
+        const double factor = std::min(4.0, std::ceil(seconds_per_point / (timed.estimate * study_.options.repeats)));
+        timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, factor));
         if (study_.options.quick)
             timed.repeats =
                 static_cast<unsigned>(std::clamp(seconds_per_quick_point / timed.estimate, 1.0, double(timed.repeats)));
-        total += timed.estimate * timed.repeats;
-        done += timed.estimate * double(timed.with.size());
+        total_seconds += timed.estimate * timed.repeats;
+        done_seconds += timed.estimate * double(timed.with_surfaces.size());
         max_repeats = std::max(max_repeats, timed.repeats);
     }
-    if (study_.options.quick) study_.options.repeats = 1;
+    if (study_.options.quick) study_.options.repeats = 1;  // The smallest number of runs, which the reports state.
     const double rays = double(timed_rays_.size());
     for (unsigned repeat = 0; repeat < max_repeats; ++repeat)
         for (TimedPoint& timed : timed_) {
             if (stopped()) return store_times();
-            if (repeat >= timed.repeats || repeat < timed.with.size()) continue;
+            if (repeat >= timed.repeats || repeat < timed.with_surfaces.size()) continue;
             std::vector<RayEnd> ends;
             const RunReport with = trace(plan_for_timing(timed.variant), timed_rays_, ends, builder_.control());
             const RunReport without = trace(without_surfaces(plan_for_timing(timed.variant), timed.max_steps),
                                             timed_rays_, ends, builder_.control());
             if (with.interrupted || without.interrupted) return store_times();
-            timed.with.push_back(1e9 * with.seconds / rays);
-            timed.without.push_back(1e9 * without.seconds / rays);
-            done += timed.estimate;
-            report(share_of_ladders() + (0.95 - share_of_ladders()) * done / total);
+            timed.with_surfaces.push_back(1e9 * with.seconds / rays);
+            timed.without_surfaces.push_back(1e9 * without.seconds / rays);
+            done_seconds += timed.estimate;
+            // The last 5 % of the progress are the energy traces and pictures.
+            report_progress(share_of_ladders() + (0.95 - share_of_ladders()) * done_seconds / total_seconds);
         }
     store_times();
 }
@@ -241,20 +245,20 @@ void Study::repeat_timing() {
 void Study::store_times() {
     for (const TimedPoint& timed : timed_) {
         StudyPoint& point = study_.curves[timed.curve].points[timed.point];
-        point.time = timing_of(timed.with);
-        point.time_without_surfaces = timing_of(timed.without);
+        point.time = timing_of(timed.with_surfaces);
+        point.time_without_surfaces = timing_of(timed.without_surfaces);
     }
 }
 
-/// Returns the fastest point whose error is within a bound.
-Cheapest Study::cheapest(double error, const char* measure, Percentiles RayErrors::*quantity) const {
-    Cheapest best{error, measure, 0, 0, false};
-    double least = std::numeric_limits<double>::infinity();
+/// Returns the fastest point whose error is within a bound. `quantity` is the name of `errors`.
+CheapestPoint Study::cheapest_within(double bound, const char* quantity, Percentiles RayErrors::*errors) const {
+    CheapestPoint best{bound, quantity, 0, 0, false};
+    double least_time = std::numeric_limits<double>::infinity();
     for (std::size_t c = 0; c < study_.curves.size(); ++c)
         for (std::size_t p = 0; p < study_.curves[c].points.size(); ++p) {
             const StudyPoint& point = study_.curves[c].points[p];
-            if (!is_within(point, error, quantity, study_.reference) || !(point.time.median < least)) continue;
-            least = point.time.median;
+            if (!is_within(point, bound, errors, study_.reference) || !(point.time.median < least_time)) continue;
+            least_time = point.time.median;
             best.curve = c;
             best.point = p;
             best.found = true;
@@ -263,18 +267,19 @@ Cheapest Study::cheapest(double error, const char* measure, Percentiles RayError
 }
 
 void Study::choose_cheapest() {
-    study_.cheapest = {cheapest(0.25, "pixels", &RayErrors::pixels), cheapest(1e-3, "pixels", &RayErrors::pixels),
-                       cheapest(1e-6, "direction", &RayErrors::direction)};
+    study_.cheapest = {cheapest_within(0.25, "pixels", &RayErrors::pixels),
+                       cheapest_within(1e-3, "pixels", &RayErrors::pixels),
+                       cheapest_within(1e-6, "direction", &RayErrors::direction)};
 }
 
 /// Returns the point of a method whose number of gradient evaluations per ray is nearest to `gradients`. Considers only
-/// the shown curves with the solver tolerance of the scene. Returns null if there is none.
+/// the main curves with the solver tolerance of the scene. Returns null if the method has no such point.
 const TimedPoint* Study::nearest_in_work(const std::string& method, double gradients) const {
     const TimedPoint* nearest = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const TimedPoint& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (curve.method != method || curve.has_loose_solver || !study_.shows(curve)) continue;
+        if (curve.method != method || curve.has_loose_solver || !study_.is_main(curve)) continue;
         const double distance = std::abs(std::log(std::max(1.0, gradients_of(timed)) / gradients));
         if (distance < least) {
             least = distance;
@@ -284,15 +289,16 @@ const TimedPoint* Study::nearest_in_work(const std::string& method, double gradi
     return nearest;
 }
 
-/// Returns points of approximately equal work: the scene's method near the scene's step, and representative methods of
-/// low order. The list is empty if the scene's method was not measured.
+/// Returns points that need about equally many gradients per ray. The first is the point of the scene's method whose
+/// step is nearest to the scene's step. The others are points of representative methods with a fixed step and an order
+/// of at most 4. The list is empty if the scene's method was not measured.
 std::vector<const TimedPoint*> Study::points_of_equal_work() const {
     const std::string scene_method = plan().method().name;
     const TimedPoint* scene_point = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const TimedPoint& timed : timed_) {
         const StudyCurve& curve = study_.curves[timed.curve];
-        if (!curve.is_scene_method || curve.has_loose_solver || !study_.shows(curve)) continue;
+        if (!curve.is_scene_method || curve.has_loose_solver || !study_.is_main(curve)) continue;
         const double target = curve.info->adaptive ? plan().run.tolerance : plan().run.step;
         const double distance = std::abs(std::log(timed.variant.step / target));
         if (distance < least) {
@@ -301,15 +307,15 @@ std::vector<const TimedPoint*> Study::points_of_equal_work() const {
         }
     }
     if (!scene_point) return {};
-    std::vector<const TimedPoint*> all{scene_point};
-    const double work = gradients_of(*scene_point);
+    std::vector<const TimedPoint*> points{scene_point};
+    const double gradients = gradients_of(*scene_point);
     constexpr std::uint32_t highest_order = 4;
     for (std::uint32_t i = 0; i < plan().module().integrator_count; ++i) {
         const IntegratorInfo& info = plan().module().integrators[i];
         if (!info.representative || info.adaptive || info.order > highest_order || info.name == scene_method) continue;
-        if (const TimedPoint* point = nearest_in_work(info.name, work)) all.push_back(point);
+        if (const TimedPoint* point = nearest_in_work(info.name, gradients)) points.push_back(point);
     }
-    return all;
+    return points;
 }
 
 /// Records the energy errors of the points of equal work along one ray.
@@ -317,20 +323,21 @@ void Study::trace_energy() {
     if (drift_rays_.empty() || plan().scene->straight) return;
     for (const TimedPoint* timed : points_of_equal_work()) {
         if (stopped()) return;
-        study_.energy.push_back(energy_trace(plan(), timed->variant, study_.sample.starts[energy_ray_]));
-        study_.energy.back().gradients = gradients_of(*timed);
+        study_.energy_traces.push_back(energy_trace(plan(), timed->variant, study_.sample.starts[energy_ray_]));
+        study_.energy_traces.back().gradients = gradients_of(*timed);
     }
 }
 
+/// Measures the picture errors of the points of equal work, and the error map of the scene's method and step.
 void Study::compare_pictures() {
     if (plan().scene->straight || stopped()) return;
-    const std::vector<const TimedPoint*> all = points_of_equal_work();
+    const std::vector<const TimedPoint*> points = points_of_equal_work();
     std::vector<Variant> variants;
-    for (const TimedPoint* timed : all) variants.push_back(timed->variant);
+    for (const TimedPoint* timed : points) variants.push_back(timed->variant);
     study_.pictures = picture_errors(plan(), picture_width, study_.reference.variant, variants, stop_);
-    for (std::size_t i = 0; i < study_.pictures.size(); ++i) study_.pictures[i].gradients = gradients_of(*all[i]);
+    for (std::size_t i = 0; i < study_.pictures.size(); ++i) study_.pictures[i].gradients = gradients_of(*points[i]);
     if (!stopped()) study_.map = error_map(plan(), picture_width, study_.reference.variant, stop_);
-    report(1);
+    report_progress(1);
 }
 
 }  // namespace

@@ -10,13 +10,13 @@ class Peak {
 public:
     Peak(const Module& module, Precision precision);
 
-    /// Runs multiply-adds on all threads for about 20 ms and returns the sum of their rates.
+    /// Runs multiply-adds on `threads` threads for about 20 ms and returns the sum of the rates of the threads.
     double operations_per_second(unsigned threads) const;
 
 private:
     const Module& module_;
     Precision precision_;
-    std::uint64_t rounds_;
+    std::uint64_t iterations_;  ///< Iterations of the loop of multiply-adds that take one thread about 20 ms.
 };
 
 }  // namespace kagero

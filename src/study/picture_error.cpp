@@ -11,12 +11,12 @@
 namespace kagero {
 namespace {
 
-/// Returns the plan of the picture, scaled down to at most `width` pixels.
+/// Returns the plan of the picture, scaled down so that it is at most `width` pixels wide.
 Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pixel) {
     SceneDescription scene = plan.description();
-    const double share = std::min(1.0, double(width) / scene.film.width);
+    const double scale = std::min(1.0, double(width) / scene.film.width);
     const auto scaled = [&](std::uint32_t n) {
-        return std::max(1u, static_cast<std::uint32_t>(std::lround(n * share)));
+        return std::max(1u, static_cast<std::uint32_t>(std::lround(n * scale)));
     };
     scene.film.width = scaled(scene.film.width);
     scene.film.height = scaled(scene.film.height);
@@ -25,9 +25,9 @@ Plan small_plan(const Plan& plan, std::uint32_t width, std::uint32_t rays_per_pi
     return rebuild_plan(plan, std::move(scene), plan.run.kernel_request.isa);
 }
 
-/// Renders the picture with a variant and sets its time. Returns null if the run was interrupted.
-std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop,
-                              double& seconds) {
+/// Renders the picture with a variant and sets `seconds` to the render time. Returns null if the run was interrupted.
+std::unique_ptr<Film> render_picture(const Plan& plan, const Variant& variant, const std::atomic<bool>* stop,
+                                     double& seconds) {
     const FilmDescription& size = plan.description().film;
     auto film = std::make_unique<Film>(size.width, size.height, std::vector<std::string>{"color"});
     const RunReport report = render(plan_with_variant(plan, variant), *film, {.stop = stop});
@@ -35,9 +35,9 @@ std::unique_ptr<Film> picture(const Plan& plan, const Variant& variant, const st
     return report.interrupted ? nullptr : std::move(film);
 }
 
-/// Sets the difference between the expected and the actual picture.
+/// Sets `wrong_pixels`, `rms` and `psnr` of the actual picture relative to the expected one.
 void compare(const Film& expected, const Film& actual, PictureError& error) {
-    constexpr float visible = 1.0f / 255;
+    constexpr float max_difference = 1.0f / 255;
     const float *a = expected.plane("color"), *b = actual.plane("color");
     const std::size_t pixels = std::size_t(expected.width()) * expected.height();
     std::size_t wrong = 0;
@@ -46,7 +46,7 @@ void compare(const Film& expected, const Film& actual, PictureError& error) {
         bool differs = false;
         for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) {
             const double difference = double(a[c]) - double(b[c]);
-            differs |= std::abs(difference) > visible;
+            differs |= std::abs(difference) > max_difference;
             squares += difference * difference;
         }
         wrong += differs;
@@ -82,11 +82,11 @@ std::vector<PictureError> picture_errors(const Plan& plan, std::uint32_t width, 
                                          const std::vector<Variant>& variants, const std::atomic<bool>* stop) {
     const Plan small = small_plan(plan, width, plan.description().film.spp);
     double unused = 0;
-    const auto expected = picture(small, reference, stop, unused);
+    const auto expected = render_picture(small, reference, stop, unused);
     std::vector<PictureError> errors;
     for (const Variant& variant : variants) {
         PictureError error;
-        const auto actual = expected ? picture(small, variant, stop, error.seconds) : nullptr;
+        const auto actual = expected ? render_picture(small, variant, stop, error.seconds) : nullptr;
         if (!actual) break;
         const IntegratorInfo& info = info_of(plan, variant);
         error.method = info.name;

@@ -20,8 +20,8 @@ struct PictureError {
     std::optional<double> psnr;  ///< Peak signal-to-noise ratio in decibels. Empty for equal pictures.
 };
 
-/// The picture of the scene, and the error of each pixel's ray end. An error is NaN if both ends differ in status or
-/// object, or if the ray does not end.
+/// The picture of the scene, and the error of each pixel's ray end. An error is NaN if the two ray ends that are
+/// compared differ in status or object, or if the ray does not end.
 struct ErrorMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> color;     ///< Linear RGB.

@@ -1,4 +1,5 @@
-/// Profile of a render: times of its stages, schedules and thread counts, from repeated renders of the same picture.
+/// Profile of a render: the times of its stages, and its times with each schedule and number of threads. They are
+/// measured in repeated renders of the same picture.
 #pragma once
 
 #include "render/render.h"
@@ -21,7 +22,8 @@ struct StageTimes {
 struct ScheduleTime {
     Schedule schedule;
     double seconds = 0;
-    double idle_at_end = 0;  ///< Share of the time during which the thread that finished first is idle at the end.
+    /// Time from the end of the first thread to the end of the render, divided by the time of the render.
+    double idle_at_end = 0;
 };
 
 /// Time of a render with one number of threads.
@@ -34,10 +36,11 @@ struct ThreadsTime {
     double machine_speedup = 1;
 };
 
-/// Profile of a render. Times are those of the fastest run.
+/// Profile of a render. Several configurations of the render, such as another schedule or number of threads, run once
+/// per round. Times are those of the fastest run of a configuration.
 struct Profile {
-    RunReport report;             ///< Report of the fastest recorded run.
-    Recording recording;          ///< Tiles of that run, each with its shortest time over all recorded runs.
+    RunReport report;             ///< Report of the fastest run with recording.
+    Recording recording;          ///< Tiles of that run, each with its shortest time over all runs with recording.
     StageTimes stages;            ///< Stage times of that run.
     double plain_seconds = 0;     ///< Time of the fastest run without recording.
     double recorded_seconds = 0;  ///< Time of the fastest run with recording.
@@ -47,16 +50,16 @@ struct Profile {
     std::vector<ScheduleTime> schedules;  ///< All schedules, on all threads.
     std::vector<ThreadsTime> scaling;     ///< The plan's schedule on 1 to N threads.
     Operations operations{};              ///< Operations of a gradient and of a step. Zero if rays are straight.
-    double all_operations = 0;            ///< Floating-point operations of the render.
-    double peak_of_one = 0;               ///< Peak rate of one thread, operations per second.
-    double peak_of_all = 0;               ///< Peak rate of all threads of the plan, operations per second.
-    unsigned repeats = 0;                 ///< Number of completed rounds.
-    bool interrupted = false;
+    double total_operations = 0;          ///< Floating-point operations of the render.
+    double one_thread_peak = 0;           ///< Peak rate of one thread, operations per second.
+    double all_threads_peak = 0;          ///< Peak rate of all threads of the plan, operations per second.
+    unsigned rounds = 0;                  ///< Number of completed rounds.
+    bool interrupted = false;             ///< True if the last round was not completed.
 };
 
-/// Renders `film` repeatedly with all schedules and numbers of threads, and returns the profile. `repeats` is the
-/// number of rounds. If it is 0, the rounds take about 20 seconds in all, with at least 3 and at most 50 rounds.
-Profile profile(const Plan& plan, Film& film, unsigned repeats, const Progress& progress = {},
+/// Renders `film` repeatedly with all schedules and numbers of threads, and returns the profile. If `rounds` is 0, the
+/// number of rounds is chosen, from 3 to 50, so that they take about 20 seconds in all.
+Profile profile(const Plan& plan, Film& film, unsigned rounds, const Progress& progress = {},
                 const std::atomic<bool>* stop = nullptr);
 
 /// Returns Pearson's correlation coefficient, or nothing if one of the lists is constant.

@@ -10,8 +10,8 @@ namespace {
 
 /// Every kernel runs once per round. There are between `min_timing_rounds` and `max_timing_rounds` rounds.
 constexpr unsigned min_timing_rounds = 3, max_timing_rounds = 25;
-/// After `min_timing_rounds` rounds, the measurement ends when all runs together have taken this time for each
-/// instruction set, in seconds.
+/// The measurement ends when all runs together have taken more than this number of seconds times the number of
+/// instruction sets, but not before `min_timing_rounds` rounds.
 constexpr double seconds_per_isa = 1;
 
 /// A kernel with its plan and the times of its runs.
@@ -22,24 +22,24 @@ struct TimedKernel {
 };
 
 /// Returns true if two kernels have the same strategy, form and precision.
-bool same_kind(const KernelInfo& a, const KernelInfo& b) {
+bool have_same_kind(const KernelInfo& a, const KernelInfo& b) {
     return a.strategy == b.strategy && a.form == b.form && a.precision == b.precision;
 }
 
-/// Appends the kernels of the instruction set of `isa_plan`, with the method and the step of `scene_plan`. For each
-/// strategy, form and precision, this is the first kernel of the module that supports the scene. Gangs are left out,
-/// because `render` uses them only if the scene states their number of lanes.
+/// Appends one kernel per strategy, form and precision, with the instruction set of `isa_plan` and the method and step
+/// of `scene_plan`: the first kernel of the module that supports the method. Gangs are left out, because `render` uses
+/// a gang only if the scene states its number of lanes.
 void append_kernels(std::vector<TimedKernel>& kernels, const Plan& isa_plan, const Plan& scene_plan) {
     const Module& module = isa_plan.module();
-    const std::size_t first = kernels.size();
+    const std::size_t first_of_isa = kernels.size();
     for (std::uint32_t i = 0; i < module.kernel_count; ++i) {
         const KernelInfo& kernel = module.kernels[i];
         if (kernel.form == Form::gang) continue;
         const bool already_added =
-            std::any_of(kernels.begin() + std::ptrdiff_t(first), kernels.end(),
-                        [&](const TimedKernel& timed) { return same_kind(*timed.result.kernel, kernel); });
+            std::any_of(kernels.begin() + std::ptrdiff_t(first_of_isa), kernels.end(),
+                        [&](const TimedKernel& timed) { return have_same_kind(*timed.result.kernel, kernel); });
         if (already_added) continue;
-        auto variant = find_variant(isa_plan, scene_plan.method().name, kernel, 0);
+        auto variant = find_variant(isa_plan, scene_plan.method().name, kernel, 0);  // The step is set below.
         if (!variant) continue;
         variant->step = info_of(isa_plan, *variant).adaptive ? scene_plan.run.tolerance : scene_plan.run.step;
         kernels.push_back({{module.isa, &kernel, {}}, plan_with_variant(isa_plan, *variant), {}});

@@ -15,9 +15,10 @@ struct StrategyTime {
     Timing time;  ///< Nanoseconds per ray.
 };
 
-/// Returns the times of the kernels, those of the best instruction set first. If the options of the plan name an
-/// instruction set, only its kernels are timed. Each kernel runs at least three times, and the runs of the kernels are
-/// interleaved. Rays end after at most `plan.run.max_steps` steps. Returns early, with fewer runs, if `stop` is set.
+/// Returns the time of one kernel per instruction set, strategy, form and precision, the best instruction set first. If
+/// the options of the plan name an instruction set, only its kernels are timed. Each kernel runs at least three times,
+/// and the runs of the kernels are interleaved. Rays end after at most `plan.run.max_steps` steps. Returns early, with
+/// fewer runs, if `stop` is set.
 std::vector<StrategyTime> strategy_times(const Plan& plan, const std::vector<RayStart>& rays, unsigned threads,
                                          const std::atomic<bool>* stop);
 

@@ -13,7 +13,7 @@ namespace {
 
 /// Number of rays along each edge of the trial's grid.
 constexpr std::uint32_t method_trial_grid = 32;
-/// Cost of a float operation, in double operations. A register has twice as many lanes in float.
+/// Cost of an operation in float, relative to one in double. A register has twice as many lanes in float.
 constexpr double float_cost = 0.5;
 
 /// Returns the kernel of the requested strategy and lanes with the curve's method and precision. The curve was measured
@@ -28,8 +28,8 @@ const KernelInfo* kernel_for(const Plan& plan, const StudyCurve& curve) {
     return find_kernel(*plan.scene, variant->method, request);
 }
 
-/// Returns the smallest 99th percentile of the pixel error over all measured points that a kernel can use; infinity if
-/// there is none. Points at which more than 1 % of the rays are flips do not count.
+/// Returns the smallest 99th percentile of the pixel error over all measured points for whose curve there is a kernel;
+/// infinity if there is no such point. Points at which more than 1 % of the rays are flips do not count.
 double least_error(const Plan& plan, const ErrorCurves& study) {
     constexpr double no_bound = std::numeric_limits<double>::infinity();
     double least = no_bound;
@@ -42,7 +42,7 @@ double least_error(const Plan& plan, const ErrorCurves& study) {
     return least;
 }
 
-/// Returns the reason why no measured point is within the bound, and the smallest bound that can be met.
+/// Returns a message with the reason why no measured point is within the bound, and the smallest bound that can be met.
 std::string reason_for_no_choice(const Plan& plan, const ErrorCurves& study) {
     if (!is_confirmed(study.reference)) return describe_disagreement(study.reference);
     const bool is_method_stated = plan.description().integrator.method_location.has_value();
@@ -73,10 +73,10 @@ std::vector<std::string> remarks_on_stated(const Plan& plan) {
 /// Returns a remark if more than 1 % of the rays are ill-conditioned, because their pixel errors are scaled.
 std::vector<std::string> remarks_on_ill_conditioned(const MethodTrial& trial) {
     constexpr double min_share = 0.01;
-    if (!(trial.ill_conditioned > min_share)) return {};
+    if (!(trial.ill_conditioned_share > min_share)) return {};
     std::ostringstream remark;
     remark.precision(2);
-    remark << "integrator.max_pixel_error: " << 100 * trial.ill_conditioned
+    remark << "integrator.max_pixel_error: " << 100 * trial.ill_conditioned_share
            << " % of the trial's rays are ill-conditioned: they magnify errors more than 1000 times. The pixel error "
               "of such a ray is divided by magnification/1000, because a pixel near it shows a region many pixels wide";
     return {remark.str()};
@@ -87,10 +87,12 @@ struct Choice {
     const StudyCurve* curve = nullptr;
     const StudyPoint* point = nullptr;
     const KernelInfo* kernel = nullptr;
-    double cost = std::numeric_limits<double>::infinity();  ///< Operations per ray, in double operations.
+    double cost =
+        std::numeric_limits<double>::infinity();  ///< Operations per ray; two operations in float count as one.
 };
 
-/// Returns the cheapest measured point that is within the bound, with its kernel; nulls if there is none.
+/// Returns the cheapest measured point that is within the bound, with its kernel. All pointers are null if there is
+/// none.
 Choice cheapest_within(const Plan& plan, const ErrorCurves& study, double bound) {
     Choice best;
     for (const StudyCurve& curve : study.curves) {
@@ -114,12 +116,12 @@ RunConfig run_config_with_choice(const Plan& plan, const Choice& choice) {
     return run;
 }
 
-/// Returns the result of the trial. `failure` is the reason why the reference could not be traced; empty if it was.
+/// Returns the result of the trial. `failure` is the reason why the reference could not be traced, or empty.
 MethodTrial trial_of(const Plan& plan, const ErrorCurves& study, const Choice& choice, const std::string& failure) {
     MethodTrial trial;
     trial.rays = study.sample.starts.size();
     trial.bound = plan.description().integrator.max_pixel_error;
-    trial.met = choice.point != nullptr;
+    trial.bound_met = choice.point != nullptr;
     if (!choice.point) {
         trial.failure_reason = failure.empty() ? reason_for_no_choice(plan, study) : failure;
         return trial;
@@ -127,14 +129,14 @@ MethodTrial trial_of(const Plan& plan, const ErrorCurves& study, const Choice& c
     const RayErrors& errors = choice.point->errors;
     if (const double compared = double(errors.compared + errors.compared_ill_conditioned); compared > 0) {
         trial.estimate = std::max(errors.pixels.p99, study.reference.pixels.p99);
-        trial.ill_conditioned = double(errors.compared_ill_conditioned) / compared;
+        trial.ill_conditioned_share = double(errors.compared_ill_conditioned) / compared;
     }
     return trial;
 }
 
 /// Returns the decision that `explain` prints.
 Decision decision_of(const MethodTrial& trial) {
-    if (trial.met)
+    if (trial.bound_met)
         return {"trial of " + std::to_string(trial.rays) + " rays: 99 % have an error of at most " +
                     plain_number(trial.estimate) + " pixels; the bound is " + plain_number(trial.bound) + " pixels",
                 true,
@@ -171,7 +173,7 @@ Plan autotune(Plan plan, const Progress& progress, double time_limit) {
     const auto add_remarks = [&](const std::vector<std::string>& remarks) {
         plan.remarks.insert(plan.remarks.end(), remarks.begin(), remarks.end());
     };
-    if (trial.met) {
+    if (trial.bound_met) {
         plan.run = run_config_with_choice(plan, choice);
         plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
         add_remarks(remarks_on_stated(plan));

@@ -13,10 +13,10 @@ namespace {
 
 /// Number of rays along each edge of the trial's grid.
 constexpr std::uint32_t trial_grid = 32;
-/// Smallest number of rays of a picture for which a trial is worthwhile.
+/// Smallest number of rays in a picture for which a trial is worthwhile.
 constexpr double min_picture_rays = 16.0 * trial_grid * trial_grid;
-/// Greatest permitted 99th percentile of the differences between float and double, in pixels. Such differences are
-/// invisible, and small compared with the error of the method.
+/// Greatest permitted 99th percentile of the differences between ray ends in float and in double, in pixels. Smaller
+/// differences are invisible, and small compared with the error of the method.
 constexpr double max_difference = 0.1;
 /// Greatest share of strays: rays whose ends in float and in double differ in status or object, or by more than one
 /// pixel. Such rays graze an edge, or orbit a hole before they escape.
@@ -26,7 +26,7 @@ constexpr double min_float_tolerance = 5e-7;
 /// Greatest number of steps in float, divided by that in double. With more steps, float is not faster.
 constexpr double max_step_ratio = 1.2;
 
-/// Returns the reason to use double that is known before any ray is traced; empty if there is none.
+/// Returns the reason to use double that is known without a trial; empty if there is none.
 std::string reason_without_trial(const Plan& plan) {
     const FilmDescription& film = plan.description().film;
     if (const auto& requested = plan.run.kernel_request.precision)
@@ -54,13 +54,14 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& start
     return ends;
 }
 
+/// Returns the number of steps of all rays.
 double total_steps(const std::vector<RayEnd>& ends) {
     double steps = 0;
     for (const RayEnd& end : ends) steps += end.steps;
     return steps;
 }
 
-/// Returns the float kernel for the plan's method and lanes; null if there is none.
+/// Returns the float kernel for the plan's method and the requested strategy and lanes; null if there is none.
 const KernelInfo* kernel_in_float(const Plan& plan) {
     KernelRequest request = plan.run.kernel_request;
     request.precision = Precision::float32;
@@ -69,7 +70,7 @@ const KernelInfo* kernel_in_float(const Plan& plan) {
 
 /// Traces the trial's rays in both precisions. Returns the reason to use double that follows from the ray ends; empty
 /// if there is none.
-std::string measured_reason(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
+std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
     std::vector<RayStart> starts;
     for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid))
         starts.push_back(camera_ray_start(plan, x, y));
@@ -78,9 +79,9 @@ std::string measured_reason(const Plan& plan, const Plan& plan_in_float, Precisi
     std::size_t strays = 0;
     for (std::size_t i = 0; i < in_double.size(); ++i) {
         if (in_double[i].status == in_float[i].status && !has_visible_end(in_double[i])) continue;
-        const double error = pixel_error(plan, in_double[i], in_float[i]);
-        if (std::isnan(error) || error > 1) ++strays;
-        if (!std::isnan(error)) differences.push_back(error);
+        const double difference = pixel_error(plan, in_double[i], in_float[i]);
+        if (std::isnan(difference) || difference > 1) ++strays;
+        if (!std::isnan(difference)) differences.push_back(difference);
     }
     trial.rays = in_double.size();
     if (!differences.empty()) trial.difference = percentiles_of(std::move(differences)).p99;
@@ -109,7 +110,7 @@ Plan choose_precision(Plan plan) {
         if (!in_float.run.kernel) trial.reason_for_double = "no float kernel supports the method and integrator.lanes";
         else if (camera_needs_double(*plan.scene, plan.view))
             trial.reason_for_double = "the momentum of a camera this close to a horizon is too large for float";
-        else trial.reason_for_double = measured_reason(plan, in_float, trial);
+        else trial.reason_for_double = reason_from_trial(plan, in_float, trial);
         if (trial.reason_for_double.empty()) plan.run.kernel = in_float.run.kernel;
     }
     const bool use_float = trial.reason_for_double.empty();

@@ -5,8 +5,8 @@
 
 namespace kagero {
 
-/// Returns the plan with a float kernel if the difference is invisible in the picture; otherwise returns the plan
-/// unchanged. Float is faster, because a register has twice as many lanes. A sparse grid of the film's rays is traced
+/// Returns the plan with a float kernel if rounding to float is invisible in the picture; otherwise, the plan keeps its
+/// kernel. Float is faster, because a register has twice as many lanes. A sparse grid of the film's rays is traced
 /// in both precisions with the plan's method and step. Plan::precision_trial and the decisions record the result.
 Plan choose_precision(Plan plan);
 

@@ -1,4 +1,5 @@
-/// Resolution of every `auto` of a scene and its options. The command line and the library share these functions.
+/// Choice of a value for every option that a scene or the command line leaves at `auto`. The command line and the
+/// library share these functions.
 #pragma once
 
 #include "plan/plan.h"
@@ -12,13 +13,13 @@ struct TrialControl {
     double time_limit = std::numeric_limits<double>::infinity();  ///< Seconds.
 };
 
-/// Returns the plan of a scene with every `auto` resolved. For a picture, trial rays choose method, step and precision
-/// if the scene bounds the error (max_pixel_error); otherwise they choose only the precision. Throws InputError if
-/// scene and options cannot be used.
+/// Returns the plan of a scene with a value for every `auto`. For a picture, choose_by_trial completes the plan. Throws
+/// InputError if scene and options cannot be used.
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
              const TrialControl& control = {});
 
-/// Returns the plan of a picture with the choices that trial rays make.
+/// Returns the plan of a picture with the choices that trial rays make: method, step and precision if the scene bounds
+/// the error (max_pixel_error), otherwise only the precision.
 Plan choose_by_trial(Plan plan, const TrialControl& control = {});
 
 }  // namespace kagero

@@ -1,5 +1,5 @@
-// Tests of the error layer `position_error`, which estimates how far from their exact ends the rays of a picture end,
-// and of the layers `newton` and `occupancy`.
+// Tests of the error layer `position_error`, which estimates the errors of ray ends, and of the layers `newton` and
+// `occupancy`.
 #include "tests/support/end_errors.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ TEST(PositionError, IsWithinAFactorOf3OfTheTrueErrorAroundABlackHole) {
                                   {"gauss8", 0.3},
                                   {"dp54", 1e-6}})
         expect_estimates(hole_scene, run, exact_escape, "double");
-    // Tolerances so large that the step bound of the space limits the steps, and not the tolerance.
+    // With these tolerances, the step bound of the space limits the steps, and not the tolerance.
     for (const MethodStep& run : {MethodStep{"dp54", 0.1}, {"rkf78", 1e-3}, {"dp85", 1e-3}})
         expect_estimates(hole_scene, run, exact_escape, "double");
     expect_estimates(hole_scene, {"gauss8", 0.1}, exact_escape, "float");
@@ -73,8 +73,8 @@ TEST(PositionError, IsOfSecondOrderIfHitsLieOnChords) {
     EXPECT_NEAR(median(0.06) / median(0.015), 16, 6);
 }
 
-// The error is NaN if it cannot be estimated: for rays that reach the step limit, and for rays that end differently in
-// the second run. It is 0 for rays that are captured in both runs.
+// The layer is NaN if the error cannot be estimated: for rays that reach the step limit, and for rays whose status or
+// object differs in the second run, which has shorter steps. It is 0 for rays that are captured in both runs.
 TEST(PositionError, IsNaNWithoutARayEndAndZeroForCapturedRays) {
     const auto plan = plan_of_text(hole_scene, {"integrator.method=\"gauss8\"", "integrator.max_steps=20"});
     Film film(48, 48, {"status", "position_error"});
@@ -96,10 +96,10 @@ TEST(PositionError, IsNaNWithoutARayEndAndZeroForCapturedRays) {
     EXPECT_GT(limited, 10u);
 }
 
-// The number of Newton iterations of a ray is the same with the strategies `packet` and `scalar`. A packet of one ray
-// always has occupancy 1. The occupancy of a whole picture is the ratio of two counters, and the least occupancy of a
-// pixel is at most that. Explicit methods have no iterations.
-TEST(NewtonLayer, IsTheSameForPacketsAndSingleRaysAndOccupancyIsAtMostOne) {
+// The layer `newton` contains the number of iterations of implicit solves. It is the same with the strategies `packet`
+// and `scalar`, and 0 for explicit methods. A packet of one ray always has occupancy 1. The least occupancy of a pixel
+// is at most the occupancy of the whole picture, which is the ratio of two counters.
+TEST(IterationLayers, HaveTheSameIterationsForPacketsAndSingleRaysAndOccupanciesOfAtMostOne) {
     Film packets(48, 48, {"occupancy", "newton", "steps"}), single(48, 48, {"occupancy", "newton"});
     RunReport report;
     double least = 1;

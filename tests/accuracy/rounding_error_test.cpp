@@ -31,15 +31,15 @@ radius = 3
 RayEnd exact_line(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double size = std::hypot(static_cast<long double>(ray.p[0]), ray.p[1], ray.p[2]);
-    long double d[3], along = 0, square = 0;
+    long double d[3], along = 0, distance_squared = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         d[k] = ray.p[k] / size;
         along += d[k] * ray.q[k];
-        square += static_cast<long double>(ray.q[k]) * ray.q[k];
+        distance_squared += static_cast<long double>(ray.q[k]) * ray.q[k];
     }
     const long double radius = end.status == Status::hit ? 3 : 20,
-                      root = std::sqrt(along * along - square + radius * radius);
-    const long double t = -along + (end.status == Status::hit ? -root : root);
+                      half_chord = std::sqrt(along * along - distance_squared + radius * radius);
+    const long double t = -along + (end.status == Status::hit ? -half_chord : half_chord);
     for (std::size_t k = 0; k < 3; ++k) {
         exact.q[k] = double(ray.q[k] + t * d[k]);
         exact.v[k] = double(d[k]);
@@ -48,8 +48,8 @@ RayEnd exact_line(const RayStart& ray, const RayEnd& end) {
 }
 
 /// Returns the ends of all camera rays, computed with steps and tolerance multiplied by `factor`. A factor such as 1 +
-/// 1e-12 changes the error of the method by a similarly small fraction, but all roundings differ. (Vignes, Math.
-/// Comput. Simul. 35, 1993, perturbs the single roundings for the same purpose.)
+/// 1e-12 changes the error of the method by a similarly small fraction, but all roundings differ. For the same purpose,
+/// Vignes (Math. Comput. Simul. 35, 1993) perturbs each rounding.
 std::vector<RayEnd> ends_of(Plan& plan, double factor) {
     const double step = plan.run.step, tolerance = plan.run.tolerance;
     plan.run.step *= factor;
@@ -67,8 +67,8 @@ std::vector<RayEnd> ends_of(Plan& plan, double factor) {
 
 /// Comparison of the rounding bounds of a picture's rays with the spread of their ends over runs with other roundings.
 struct Tightness {
-    double holding = 0;  ///< Share of the rays whose bound is at least the spread.
-    double median = 0;   ///< Median of bound / spread.
+    double valid_share = 0;   ///< Share of the rays whose bound is at least the spread.
+    double median_ratio = 0;  ///< Median of bound / spread.
     std::size_t compared = 0, unknown = 0;  ///< Number of rays with a bound, and of rays whose bound is NaN.
 };
 
@@ -96,13 +96,13 @@ Tightness tightness(Plan& plan) {
             ++result.unknown;
             continue;
         }
-        result.holding += bound >= spread;
+        result.valid_share += bound >= spread;
         ratios.push_back(bound / spread);
     }
     result.compared = ratios.size();
-    result.holding /= double(ratios.size());
+    result.valid_share /= double(ratios.size());
     std::nth_element(ratios.begin(), ratios.begin() + std::ptrdiff_t(ratios.size() / 2), ratios.end());
-    result.median = ratios[ratios.size() / 2];
+    result.median_ratio = ratios[ratios.size() / 2];
     return result;
 }
 
@@ -112,8 +112,8 @@ struct Case {
     const char* precision = "double";
 };
 
-// The bound adds the absolute values of N roundings. Independent roundings partly cancel, so that their sum is smaller
-// by a factor of about √N. The median of bound / spread is therefore expected to lie between 2 and 200.
+// The bound is the sum of the absolute effects of N roundings. Independent roundings partly cancel, so that the spread
+// is smaller by a factor of about √N. The median of bound / spread is therefore expected to lie between 2 and 200.
 TEST(RoundingError, BoundsTheSpreadOverRunsWithOtherRoundings) {
     for (const Case& c : {Case{hole_scene, "{method=\"gauss8\", step=0.3, escape_radius=20}"},
                           {hole_scene, "{method=\"verlet\", step=0.05, escape_radius=20}"},
@@ -135,9 +135,9 @@ TEST(RoundingError, BoundsTheSpreadOverRunsWithOtherRoundings) {
         const Tightness t = tightness(*plan);
         ASSERT_GT(t.compared, 1000u);
         EXPECT_LT(t.unknown, 50u);
-        EXPECT_GE(t.holding, 0.99);
-        EXPECT_GT(t.median, 2);
-        EXPECT_LT(t.median, 200);
+        EXPECT_GE(t.valid_share, 0.99);
+        EXPECT_GT(t.median_ratio, 2);
+        EXPECT_LT(t.median_ratio, 200);
     }
 }
 
@@ -171,9 +171,9 @@ TEST(RoundingError, BoundsTheTrueErrorIfRoundingDominates) {
                                         CaseWithClosedForm{fisheye_scene, "gauss16", exact_hit, "double"}}) {
         const Comparison compared = compare(c.scene, c.method, 0.05, c.exact, "rounding_error", c.precision, 0);
         ASSERT_GT(compared.pairs.size(), 1000u);
-        const auto holding = std::count_if(compared.pairs.begin(), compared.pairs.end(),
-                                           [](const ErrorPair& pair) { return pair.truth <= pair.estimate; });
-        EXPECT_GE(double(holding), 0.99 * double(compared.pairs.size()));
+        const auto is_valid = [](const ErrorPair& pair) { return pair.truth <= pair.estimate; };
+        const auto valid_bounds = std::count_if(compared.pairs.begin(), compared.pairs.end(), is_valid);
+        EXPECT_GE(double(valid_bounds), 0.99 * double(compared.pairs.size()));
     }
 }
 
@@ -184,15 +184,15 @@ TEST(RoundingError, BoundsTheTrueErrorOfStraightRays) {
         const Comparison compared = compare(straight_scene, "gauss8", 0.05, exact_line, "rounding_error", "float", 0,
                                           {std::string("camera.type=") + camera});
         ASSERT_GT(compared.pairs.size(), 2000u);
-        std::size_t holding = 0;
+        std::size_t valid_bounds = 0;
         std::vector<double> ratios;
         for (const ErrorPair& pair : compared.pairs) {
-            holding += pair.truth <= pair.estimate;
+            valid_bounds += pair.truth <= pair.estimate;
             if (pair.truth > 0) ratios.push_back(pair.estimate / pair.truth);
         }
         std::sort(ratios.begin(), ratios.end());
         EXPECT_LT(ratios[ratios.size() / 2], 30) << camera;
-        EXPECT_GE(double(holding), 0.99 * double(compared.pairs.size()));
+        EXPECT_GE(double(valid_bounds), 0.99 * double(compared.pairs.size()));
     }
 }
 

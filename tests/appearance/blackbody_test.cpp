@@ -10,7 +10,7 @@ namespace kagero::test {
 namespace {
 
 // CIE 1931 chromaticities (x, y) of black bodies (CIE 15:2004): illuminant A, and Planck's locus at 6500 K and 10000 K.
-// The tolerance 4e-3 is the error of the fit to the colour matching functions of the observer.
+// The tolerance 4e-3 is the error of the fit to the colour matching functions of the CIE 1931 standard observer.
 TEST(Blackbody, HasThePublishedChromaticities) {
     struct Row {
         double kelvin, x, y;
@@ -25,19 +25,22 @@ TEST(Blackbody, HasThePublishedChromaticities) {
     }
 }
 
-// The luminance is the integral of Planck's law times the observer's ȳ(λ). The test evaluates the same fit of ȳ (Wyman,
-// Sloan and Shirley 2013, table 1) and sums in steps of 0.01 nm. Wavelengths are in nm.
+// The luminance is the integral, over the wavelength, of Planck's law times the colour matching function ȳ. The test
+// evaluates the fit of ȳ that kagero uses (Wyman, Sloan and Shirley 2013, table 1), in steps of 0.01 nm. Wavelengths
+// are in nm.
 TEST(Blackbody, LuminanceIsTheIntegralOfPlancksLaw) {
-    const auto lobe = [](double l, double height, double middle, double below, double above) {
-        const double t = (l - middle) / (l < middle ? below : above);
+    const auto lobe = [](double wavelength, double height, double middle, double width_below, double width_above) {
+        const double t = (wavelength - middle) / (wavelength < middle ? width_below : width_above);
         return height * std::exp(-0.5 * t * t);
     };
     for (const double kelvin : {600.0, 1000.0, 3000.0, 6500.0, 2e4, 1e6}) {
         double sum = 0;
         for (int i = 0; i < 70000; ++i) {
-            const double l = 300 + 0.01 * i;
-            const double luminous_efficiency = lobe(l, 0.821, 568.8, 46.9, 40.5) + lobe(l, 0.286, 530.9, 16.3, 31.1);
-            sum += 0.01 * luminous_efficiency / (std::pow(l / 560, 5) * std::expm1(1.438776877e7 / (l * kelvin)));
+            const double wavelength = 300 + 0.01 * i;
+            const double luminous_efficiency =
+                lobe(wavelength, 0.821, 568.8, 46.9, 40.5) + lobe(wavelength, 0.286, 530.9, 16.3, 31.1);
+            sum += 0.01 * luminous_efficiency /
+                   (std::pow(wavelength / 560, 5) * std::expm1(1.438776877e7 / (wavelength * kelvin)));
         }
         EXPECT_NEAR(blackbody_luminance(kelvin) / sum, 1, 1e-4) << kelvin;
     }
@@ -54,12 +57,12 @@ TEST(Blackbody, KeepsItsLuminanceOutsideSrgb) {
 }
 
 // In the Rayleigh-Jeans limit of high temperatures, radiance is proportional to temperature, so that the colour is
-// constant. At 1e8 K the deviation from the limit is below 1e-3.
+// constant and bluish. At 1e8 K the deviation from the limit is below 1e-3. At 1000 K the colour has no blue.
 TEST(Blackbody, IsProportionalToTemperatureInTheRayleighJeansLimit) {
-    const auto one = blackbody_color(1e8), two = blackbody_color(2e8);
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(two[k] / one[k], 2, 1e-3);
+    const auto color = blackbody_color(1e8), color_at_2e8 = blackbody_color(2e8);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(color_at_2e8[k] / color[k], 2, 1e-3);
     EXPECT_EQ(blackbody_color(1000)[2], 0);
-    EXPECT_GT(one[2], 1.5 * one[0]);
+    EXPECT_GT(color[2], 1.5 * color[0]);
 }
 
 }  // namespace

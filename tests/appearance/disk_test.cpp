@@ -47,7 +47,7 @@ Film picture(const Plan& plan) {
     return film;
 }
 
-/// Rays of all pixels and their ends. The positions of the ends are relative to `space.center`.
+/// Camera rays of all pixels, and their ends. The positions of the ends are relative to `space.center`.
 struct TracedPicture {
     std::vector<CameraRay> rays;
     std::vector<RayEnd> ends;
@@ -65,10 +65,10 @@ struct TracedPicture {
     }
 };
 
-/// Returns the observed frequency of a ray's light divided by its frequency at infinity. For an observer at rest it is
-/// 1/√(1 − r_g/r). For an observer that falls from rest at infinity with speed v = √(r_g/r), it is 1/(1 + v cos χ). χ
-/// is the angle between the ray and the outward direction. The second formula follows from ∂_t = u + v e_r, to which
-/// the conserved energy belongs.
+/// Returns the observed frequency of the light of pixel `i` divided by its frequency at infinity, for r_g = 1. A static
+/// observer measures 1/√(1 − 1/r). An observer that falls from rest at infinity has the speed v = 1/√r and measures
+/// 1/(1 + v cos χ), with the angle χ between the ray and the outward direction. This follows from ∂_t = u + v e_r with
+/// the observer's 4-velocity u and outward unit vector e_r, because the energy −p·∂_t is conserved.
 double blueshift_from_infinity(const Plan& plan, const RayStart& s, std::uint32_t i) {
     const double r = std::hypot(s.q[0], s.q[1], s.q[2]);
     if (plan.description().camera.observer != ObserverKind::falling) return 1 / std::sqrt(1 - 1 / r);
@@ -79,9 +79,9 @@ double blueshift_from_infinity(const Plan& plan, const RayStart& s, std::uint32_
     return 1 / (1 + std::sqrt(1 / r) * dot(unit(d), {s.q[0] / r, s.q[1] / r, s.q[2] / r}));
 }
 
-// The emitter contributes (1 − Ω L/E) / √(1 − 3r_g/2r) to 1/g, and the observer contributes the inverse of its
-// blueshift. L and E are the angular momentum and energy of the light at the start of the ray, L/E = −(q × p)_z /
-// |p_t|.
+// The redshift g is the observed frequency divided by the emitted one. 1/g is (1 − ω L/E) / √(1 − 3/(2r)), divided by
+// the blueshift of the observer. ω is the angular velocity of the matter, for r_g = 1. L and E are the angular momentum
+// and energy of the light: L/E = −(q × p)_z / |p_t|, because a traced ray runs backward in time.
 TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundSchwarzschild) {
     for (const auto& [center, observer] :
          {std::pair{"[0,0,0]", "static"}, {"[0.5,1,-0.25]", "static"}, {"[0,0,0]", "zamo"}, {"[0,0,0]", "falling"}}) {
@@ -97,9 +97,9 @@ TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundSchwarzschild) {
             const RayStart& s = traced.rays[i].start;
             const double observer_factor = blueshift_from_infinity(*plan, s, static_cast<std::uint32_t>(i));
             const double r = std::hypot(end.q[0], end.q[1], end.q[2]);
-            const double momentum = -(s.q[0] * s.p[1] - s.q[1] * s.p[0]) / std::abs(s.pt),
+            const double l_over_e = -(s.q[0] * s.p[1] - s.q[1] * s.p[0]) / std::abs(s.pt),
                          omega = std::sqrt(0.5) / std::pow(r, 1.5);
-            const double expected = observer_factor * std::sqrt(1 - 1.5 / r) / (1 - omega * momentum);
+            const double expected = observer_factor * std::sqrt(1 - 1.5 / r) / (1 - omega * l_over_e);
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
             // The tolerance covers the integration error of p at the end of the ray, and rounding.
             EXPECT_NEAR(g / expected, 1, 1e-9) << i << " " << observer;
@@ -141,7 +141,7 @@ TEST(Redshift, ScalesColorsWithItsFourthPower) {
             }
 }
 
-// The result of Embree at the edges of the disk must be the same for single rays and for packets.
+// At the edges of the disk, Embree must return the same hits for single rays and for packets.
 TEST(Disk, LooksTheSameForEveryStrategyAndNumberOfThreads) {
     Options options = with_strategy("packet");
     Film packet = picture(*plan_of_text(disk, {}, options)),
@@ -165,8 +165,8 @@ TEST(Redshift, IsOneWithoutABlackHole) {
     }
 }
 
-// The source of the sky's light is at rest at infinity. The ratio of frequencies is therefore the observer's blueshift,
-// and 0 for captured rays.
+// The source of the sky's light is at rest at infinity. For escaped rays, the redshift g is therefore the observer's
+// blueshift. For captured rays it is 0.
 TEST(Redshift, IsTheBlueshiftOfTheObserverForTheSky) {
     for (const char* observer : {"static", "falling"}) {
         const auto plan = plan_of_text(disk, {"object.disk.outer=2", std::string("camera.observer=") + observer});
@@ -208,23 +208,23 @@ bool has_kerr() {
                        [](const HamiltonianInfo& info) { return std::string(info.name) == "kerr"; });
 }
 
-// The emitted frequency follows from the 4-velocity of circular orbits in the equatorial plane, u^t = (r^{3/2} + a√M) /
-// (r^{3/4} √(r^{3/2} − 3M√r ± 2a√M)) (Bardeen, Press and Teukolsky 1972).
+// The emitted frequency follows from u^t = (r^{3/2} + a√M) / (r^{3/4} √(r^{3/2} − 3M√r + 2a√M)) of circular orbits in
+// the equatorial plane (Bardeen, Press and Teukolsky 1972). a is negative for retrograde orbits.
 TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
     if (!has_kerr()) GTEST_SKIP() << "the kernel modules were built without kerr";
-    for (const double sense : {1.0, -1.0}) {
+    for (const double normal_z : {1.0, -1.0}) {
         const auto plan = plan_of_text(disk, {"space={hamiltonian=\"kerr\", mass=0.5, spin=0.8}", "object.disk.inner=4",
-                                              "object.disk.normal=[0,0," + std::to_string(sense) + "]"});
+                                              "object.disk.normal=[0,0," + std::to_string(normal_z) + "]"});
         const TracedPicture traced(*plan);
         std::size_t hits = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
             if (end.status != Status::hit) continue;
             ++hits;
-            const double a = 0.4 * sense, root = std::sqrt(0.5);
+            const double a = 0.4 * normal_z, root = std::sqrt(0.5);
             const double r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
             const double ut = (rr + a * root) / (std::pow(r, 0.75) * std::sqrt(rr - 1.5 * std::sqrt(r) + 2 * a * root));
-            const double angular_momentum = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * sense;
+            const double angular_momentum = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * normal_z;
             const double emitted = ut * (end.pt + root / (rr + a * root) * angular_momentum);
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
             EXPECT_NEAR(g * emitted / traced.rays[i].frequency, 1, 1e-11) << i;
@@ -277,8 +277,8 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
     }
 }
 
-// The camera is orthographic and above the disk, in flat space; 40 pixels are one length unit. Pixels within 1e-5 of an
-// edge are left out, because rounding decides their status.
+// The camera is orthographic and above the disk, in flat space. A pixel is 1/40 wide, in scene units. Pixels whose
+// centre is within 1e-5 of an edge are left out, because rounding decides their status.
 TEST(Disk, HasCircularInnerAndOuterEdges) {
     const auto plan = plan_of_text(disk, {"space={hamiltonian=\"flat\"}", "camera.type=orthographic",
                                           "camera.position=[0,0,5]", "camera.up=[0,1,0]", "camera.height=4",
@@ -301,15 +301,15 @@ TEST(Disk, PaintCoordinatesAreAngleAndRadius) {
     const auto bright = [&](double x, double y) {
         return plan->scene->paints->surface_color(0, 0, {x, y, 0}, {0, 0, -1})[0] == 1;
     };
-    for (const double along : {-0.9, -0.1, 0.1, 0.9})
+    for (const double cosine : {-0.9, -0.1, 0.1, 0.9})
         for (const double r : {1.1, 1.9, 2.1, 2.9}) {
-            const double across = std::sqrt(1 - along * along);
-            EXPECT_EQ(bright(r * along, r * across), r < 2);
-            EXPECT_EQ(bright(r * along, -r * across), r > 2);
+            const double sine = std::sqrt(1 - cosine * cosine);
+            EXPECT_EQ(bright(r * cosine, r * sine), r < 2);
+            EXPECT_EQ(bright(r * cosine, -r * sine), r > 2);
         }
 }
 
-// The key `temperature` is that of the inner edge; the temperature decreases as r^(−3/4). The redshift g multiplies it.
+// The key `temperature` is the value at the inner edge. It decreases as r^(−3/4). The observed value is g times as high.
 TEST(Disk, IsHottestAtItsInnerEdge) {
     std::string text = disk;
     const std::string paint = "color = [1, 1, 1]";

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::uint32_t width = 160, height = 120;
 
-// A floor at a distance of 1 below the camera, with squares of size 1, turned by 30 degrees. The horizon is at half the
-// height of the picture.
+// A floor at a distance of 1 below the camera, with squares of size 1. The floor is rotated by 30 degrees around the
+// vertical. The horizon is at half the height of the picture.
 const char* const floor_scene = R"(
 space.hamiltonian = "flat"
 integrator.escape_radius = 5000
@@ -34,10 +34,10 @@ color = [1, 1, 1]
 
 /// Returns the exact brightness of the floor at the film position (x, y), which is below the horizon.
 double exact_brightness(double x, double y) {
-    const double pixel = 2 * std::tan(std::numbers::pi / 6) / height, far = 1 / ((y - 0.5 * height) * pixel);
-    const double right = (x - 0.5 * width) * pixel * far, c = std::sqrt(0.75), s = 0.5;
+    const double pixel = 2 * std::tan(std::numbers::pi / 6) / height, forward = 1 / ((y - 0.5 * height) * pixel);
+    const double right = (x - 0.5 * width) * pixel * forward, c = std::sqrt(0.75), s = 0.5;
     // Position relative to the corner `origin` of the floor.
-    const double from_x = right + 366.0254, from_y = far + 866.0254;
+    const double from_x = right + 366.0254, from_y = forward + 866.0254;
     const double square = std::floor(c * from_x + s * from_y) + std::floor(-s * from_x + c * from_y);
     return std::fmod(std::abs(square), 2) != 0 ? 0.25 : 1;
 }
@@ -68,8 +68,8 @@ TEST(FilteredFloor, IsTheMeanOverEachPixel) {
     EXPECT_LT(rms(filtered), 0.2 * rms(sampled)) << rms(filtered) << " " << rms(sampled);
 }
 
-// Near the horizon a pixel covers hundreds of squares. Its brightness must be their mean, (1 + 0.25)/2. Single rays
-// have a standard deviation of 0.375.
+// Near the horizon a pixel covers hundreds of squares. Its brightness must be their mean, (1 + 0.25)/2. The
+// brightness of single rays has a standard deviation of 0.375.
 TEST(FilteredFloor, IsUniformNearTheHorizon) {
     const auto plan = plan_of_text(floor_scene, {"object.floor.checker=[8000,8000]"});
     Film film(width, height, plan->description().film.layers);
@@ -83,8 +83,9 @@ TEST(FilteredFloor, IsUniformNearTheHorizon) {
     EXPECT_LT(rms(errors), 0.01);
 }
 
-// The mesh consists of two separate parts, one far behind the other. Each part lies within one bright square. At the
-// silhouette, the filter must not interpolate u and v between the parts, because dark squares lie between them.
+// The mesh consists of two separate parts, one far behind the other. Each part lies within one bright square of the
+// checker. At the silhouette, the filter must not interpolate u and v between the parts, because dark squares lie
+// between them.
 TEST(FilteredMesh, IsNotAveragedAcrossItsSilhouette) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-parts-" + std::to_string(::getpid()) + ".obj");
     std::ofstream(path)
@@ -136,8 +137,8 @@ TEST(FilteredRoom, IsCloserToTheMeanOfManyRaysThanUnfilteredColors) {
     EXPECT_LT(rms(filtered), 0.5 * rms(sampled)) << rms(filtered) << " " << rms(sampled);
 }
 
-/// Renders a scene at 61 × 53 pixels completely in tiles, and a crop of it in scanlines with other threads. Expects
-/// that the colours of the crop are bitwise equal.
+/// Renders the whole picture of 61 × 53 pixels on one thread, and a crop of it on three threads with the schedule
+/// `scanline`. Expects that the colours of the crop are bitwise equal to those of the whole picture.
 void expect_crop_equals_part_of_picture(
     const std::function<std::unique_ptr<Plan>(const Overrides&, const Options&)>& plan_with) {
     for (const char* spp : {"film.spp=1", "film.spp=3"}) {
@@ -165,9 +166,9 @@ TEST(FilteredRoom, DoesNotDependOnTilesOrCrops) {
     });
 }
 
-// The mesh is so rough that the relation on_same_face between ray ends is not transitive. The middle one of three rays
-// can share a face with each of the others, while those two do not share one. The patches must nevertheless not depend
-// on tiles.
+// The mesh is so rough that the relation SceneGeometry::on_same_face between ray ends is not transitive. The second of
+// three ray ends can be on the same face as the first and as the third, although these two are on different faces. The
+// patches must nevertheless not depend on tiles.
 TEST(FilteredMesh, DoesNotDependOnTilesOrCrops) {
     const auto path = std::filesystem::temp_directory_path() / ("kagero-rough-" + std::to_string(::getpid()) + ".obj");
     {

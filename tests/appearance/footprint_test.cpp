@@ -1,5 +1,5 @@
-// Tests of averages over footprints on the sky: copies of an image in decreasing resolution, the footprint of a ray,
-// and the effect of both on a picture.
+// Tests of averages over footprints on the sky: coarser copies of an image, the footprint of a ray, and the effect of
+// both on a picture.
 #include "appearance/footprint.h"
 #include "tests/support/plan_fixture.h"
 #include "appearance/pyramid.h"
@@ -89,8 +89,8 @@ TEST(SkyTexture, IsAveragedOverColumnsOfAWideImage) {
     }
 }
 
-// The number of probes is the major axis divided by the minor axis, which counts as at least one texel. It is at least
-// 1 and at most 16.
+// The number of probes is the major axis divided by the minor axis, limited to 1 to 16. A minor axis that is shorter
+// than a texel counts as one texel.
 TEST(SkyTexture, HasAsManyProbesAsTheAxisRatioOfTheFootprint) {
     const Image image = noise(64, 32);
     const double texel = std::numbers::pi / 32;
@@ -124,7 +124,7 @@ TEST(SphereTexture, IsSharpAtThePole) {
 }
 
 // The directions are a linear function of the film positions. The axes of the footprint must be the singular values of
-// that function; the relative tolerance 1e-3 covers the curvature of the sphere. A single direction has no footprint.
+// that function; the relative tolerance 1e-3 covers the curvature of the sphere. The footprint of one direction is 0.
 TEST(FitFootprint, FindsTheSingularValuesOfALinearMap) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;

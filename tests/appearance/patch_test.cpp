@@ -1,5 +1,5 @@
-// Tests of averages over patches of surfaces: texture coordinates and their gradients, the mean colours of checkers and
-// textures, and the patch of a ray.
+// Tests of averages over patches of surfaces: charts, which map points of a surface to texture coordinates u and v and
+// their gradients; the mean colours of checkers and textures; and the patch of a ray.
 #include "tests/support/plan_fixture.h"
 #include "appearance/footprint.h"
 #include "appearance/pyramid.h"
@@ -17,14 +17,15 @@ Double3 random_point(std::mt19937& random, double size = 1) {
     return {size * normal(random), size * normal(random), size * normal(random)};
 }
 
-/// Compares the gradients of u and v with central differences of u and v over a displacement `within` the surface.
+/// Compares the gradients of u and v that a chart returns with central differences of u and v along `tangent`, a vector
+/// tangential to the surface.
 template <class Chart>
-void expect_gradients(const Chart& chart, const Double3& point, const Double3& within) {
+void expect_gradients(const Chart& chart, const Double3& point, const Double3& tangent) {
     const double h = 1e-6;
-    const ChartPoint at = chart(point), after = chart(add(point, scaled(within, h))),
-                     before = chart(add(point, scaled(within, -h)));
-    EXPECT_NEAR(dot(at.u_gradient, within), (after.u - before.u) / (2 * h), 1e-7 * (1 + length(at.u_gradient)));
-    EXPECT_NEAR(dot(at.v_gradient, within), (after.v - before.v) / (2 * h), 1e-7 * (1 + length(at.v_gradient)));
+    const ChartPoint at = chart(point), after = chart(add(point, scaled(tangent, h))),
+                     before = chart(add(point, scaled(tangent, -h)));
+    EXPECT_NEAR(dot(at.u_gradient, tangent), (after.u - before.u) / (2 * h), 1e-7 * (1 + length(at.u_gradient)));
+    EXPECT_NEAR(dot(at.v_gradient, tangent), (after.v - before.v) / (2 * h), 1e-7 * (1 + length(at.v_gradient)));
 }
 
 TEST(Chart, GradientsAreThoseOfUAndV) {
@@ -59,8 +60,8 @@ TEST(Chart, HasTheCoordinatesOfTheMeshAtTheCornersOfATriangle) {
     EXPECT_TRUE(charts_of(TriangleMesh{}).empty());
 }
 
-/// Returns the mean brightness of a checker over a parallelogram, summed over 400 × 400 points. Bright squares have
-/// brightness 1 and dark squares 0.25.
+/// Returns the mean brightness of a checker over 400 × 400 points of the parallelogram with centre (x, y) and the given
+/// sides. Lengths are in squares. Bright squares have brightness 1 and dark squares 0.25.
 double sampled_mean(double x, double y, const UvPatch& sides) {
     constexpr int n = 400;
     double sum = 0;

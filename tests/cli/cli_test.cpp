@@ -93,16 +93,17 @@ TEST_F(Cli, RendersIntoTheWorkingDirectoryAndReports) {
         ends += report["status"][status].get<std::uint64_t>();
     EXPECT_EQ(ends, 16u * 8u);
     EXPECT_TRUE(report["energy_error"]["max"].is_number());
-    EXPECT_EQ(report["vectorization_ratio"], 1);  // camera rays are made in packets, and there are no surfaces
-    const double with_listed_rays =
+    EXPECT_EQ(report["vectorization_ratio"], 1);  // the kernel generates the rays in packets; there are no surfaces
+    // With two rays per pixel, the program generates the ray starts one at a time.
+    const double with_two_rays_per_pixel =
         json::parse(run("render hole.toml --json --quiet --size 16x8 -D film.spp=2").out)["vectorization_ratio"];
-    EXPECT_GT(with_listed_rays, 0.9);
-    EXPECT_LT(with_listed_rays, 1);
+    EXPECT_GT(with_two_rays_per_pixel, 0.9);
+    EXPECT_LT(with_two_rays_per_pixel, 1);
     EXPECT_EQ(json::parse(run("render hole.toml --json --quiet --strategy scalar").out)["vectorization_ratio"], 0);
     EXPECT_TRUE(json::parse(run("render hole.toml --json --quiet -D space.rg=0").out)["vectorization_ratio"].is_null());
 }
 
-TEST_F(Cli, WritesTheSamePictureForAnyThreadsAndReport) {
+TEST_F(Cli, WritesTheSamePictureWithMoreThreadsAndAReport) {
     ASSERT_EQ(run("render hole.toml --layers color,steps,status -o one.exr --threads 1").status, 0);
     ASSERT_EQ(run("render hole.toml --layers color,steps,status -o two.exr --threads 3 --json report.json").status, 0);
     EXPECT_EQ(read("one.exr"), read("two.exr"));
@@ -219,8 +220,8 @@ TEST_F(Cli, ReportsTheErrorOfAnInvalidScene) {
     EXPECT_EQ(read("hole.toml"), scene);
 }
 
-// Both rays start outside the escape sphere, whose radius is 50. The first ray misses it, and the second crosses it and
-// ends on it. Both must escape.
+// Both rays start outside the escape sphere, whose radius is 50. The first ray misses the sphere. The second ray passes
+// through the sphere and must end on it. Both rays must escape.
 TEST_F(Cli, EndsRaysFromOutsideTheEscapeSphere) {
     write("rays.csv", "x,y,z,dx,dy,dz\n100,60,0,-1,0,0\n100,30,0,-1,0,0\n");
     for (const char* options : {"-D space.rg=0", "-D space.rg=0 --path", "", "--integrator gauss8 --step 0.2",
@@ -236,7 +237,7 @@ TEST_F(Cli, EndsRaysFromOutsideTheEscapeSphere) {
     }
 }
 
-// The derivative of H is infinite at x = 1, where the ray fails. Its path must contain each step once and end there.
+// The derivative of H is infinite at x = 1, where the ray fails. The path must contain each step once, and the ray end.
 TEST_F(Cli, WritesThePathOfAFailedRayToItsEnd) {
     write("edge.toml", "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) - 0.5*sqrt(1 - x)\"\n"
                        "[camera]\nposition = [0, -2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n");
@@ -251,8 +252,8 @@ TEST_F(Cli, WritesThePathOfAFailedRayToItsEnd) {
     EXPECT_NE(path.out.find(end.substr(10, end.find(',', 10) - 10)), std::string::npos) << path.out;
 }
 
-// The default method of the mirage supports only the rescaled H, with which a given λ cannot be reached. The program
-// must choose another method, and refuse the default method if it is stated.
+// The default method of the mirage supports only the rescaled H, with which a ray cannot end at a given λ. The program
+// must choose another method, and refuse the default method if the command states it.
 TEST_F(Cli, ChoosesAnotherMethodForAParameter) {
     write("air.toml",
           "[space]\nhamiltonian = \"mirage\"\n[camera]\nposition = [0, -3, 0.2]\nlook_at = [0, 0, 0.2]\nup = [0, 0, "
@@ -274,8 +275,8 @@ TEST_F(Cli, EndsWithStatus1IfTheDiskIsFull) {
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
-// Two threads need minutes for this picture. All processors of a large machine could finish it before the signal. The
-// shell sends the signal when the scene is loaded.
+// Two threads need minutes for this picture. The number of threads is limited, because a large machine could otherwise
+// finish the picture before the signal. The shell sends the signal when the scene is loaded.
 TEST_F(Cli, WritesThePartOfThePictureThatIsDoneIfInterrupted) {
     write("interrupt.sh",
           "\"$@\" 2>log & until grep -q loaded log; do kill -0 $! || break; sleep 0.05; done; kill -INT $!; wait $!\n");

@@ -1,5 +1,5 @@
 // Tests of output files: they must differ from the input files, and a failed or interrupted run must leave no
-// incomplete file.
+// incomplete file. Tests of options and messages of whole runs.
 #include "tests/support/hole_scene.h"
 
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ TEST_F(Files, KeepThePreviousPictureIfTheDiskIsFull) {
     }
 }
 
-// The longest name of a file has 255 bytes.
+// A file name has at most 255 bytes.
 TEST_F(Files, CanHaveTheLongestNameOfTheFileSystem) {
     const std::string longest(251, 'a');
     EXPECT_EQ(run("render hole.toml --quiet -o " + longest + ".exr").status, 0);
@@ -196,7 +196,9 @@ TEST_F(Files, ContainTheSamePathForOneRayAndForManyRays) {
     EXPECT_EQ(path_of("many.csv", "4999"), alone);
 }
 
-TEST_F(Files, AreWrittenWithOptionsInsteadOfEnvironmentVariables) {
+class Runs : public HoleTest {};
+
+TEST_F(Runs, UseOptionsInsteadOfEnvironmentVariables) {
     const std::string render = "render hole.toml --quiet --json -o a.exr ";
     EXPECT_EQ(json::parse(run(render + "--threads 3", "KAGERO_THREADS=2").out)["threads"], 3);
     EXPECT_EQ(json::parse(run(render, "KAGERO_THREADS=2").out)["threads"], 2);
@@ -210,7 +212,7 @@ TEST_F(Files, AreWrittenWithOptionsInsteadOfEnvironmentVariables) {
 
 // Only adaptive methods use a tolerance. If a scene states a tolerance without a method, an adaptive method is chosen.
 // With another method, the program must print that the tolerance has no effect.
-TEST_F(Files, AreWrittenWithTheStatedTolerance) {
+TEST_F(Runs, UseTheStatedToleranceIfTheMethodIsAdaptive) {
     const json coarse = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-3").out);
     const json fine = json::parse(run("render hole.toml --quiet --json -o a.exr -D integrator.tolerance=1e-11").out);
     EXPECT_EQ(coarse["integrator"], "dp85");
@@ -224,8 +226,8 @@ TEST_F(Files, AreWrittenWithTheStatedTolerance) {
     EXPECT_EQ(too_fine.err.find("integrator.step"), std::string::npos) << too_fine.err;
 }
 
-// The message must be absent if nearly all rays end within the step limit.
-TEST_F(Files, AreWrittenWithAMessageIfRaysReachTheStepLimit) {
+// No message is printed if nearly all rays end within the step limit.
+TEST_F(Runs, PrintAMessageIfManyRaysReachTheStepLimit) {
     const auto messages_with = [&](const char* max_steps) {
         return run(std::string(
                        "render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 -D integrator.max_steps=") +
@@ -245,7 +247,7 @@ TEST_F(Files, AreWrittenWithAMessageIfRaysReachTheStepLimit) {
 }
 
 // The squares of the longest direction overflow, and those of the shortest underflow.
-TEST_F(Files, DoNotDependOnTheLengthOfADirection) {
+TEST_F(Runs, DoNotDependOnTheLengthOfADirection) {
     std::map<std::string, std::string> outputs;  // output of each observer for length 1
     for (const char* length : {"1", "1e150", "1e300", "1e-150", "1e-300", "4e-320"}) {
         write("ray.csv", std::string("x,y,z,dx,dy,dz\n-20,3,0,") + length + ",0,0\n");

@@ -84,7 +84,8 @@ protected:
     }
 };
 
-// The ordinary rays are traced with and without the other rays. They lie in other lanes, but their rows must be equal.
+// The ordinary rays are traced with and without the invalid and extreme rays. The lanes of the ordinary rays differ,
+// but their rows must be equal.
 TEST_P(ExtremeRays, FailWithAReasonAndDoNotChangeOtherRays) {
     std::string mixed, alone;
     std::vector<const char*> rays;
@@ -107,7 +108,7 @@ TEST_P(ExtremeRays, FailWithAReasonAndDoNotChangeOtherRays) {
         SCOPED_TRACE(std::string(rays[i]) + " -> " + with[i].without_ray_number);
         const bool failed = with[i].status == "failed";
         EXPECT_TRUE(failed ? !with[i].reason.empty() : all_numbers_finite(with[i].without_ray_number));
-        if (i % 3 == 2) continue;
+        if (i % 3 == 2) continue;  // i % 3 is 0 for invalid, 1 for ordinary and 2 for extreme rays
         EXPECT_EQ(failed, i % 3 == 0);
         EXPECT_TRUE(failed || with[i].without_ray_number == without[i / 3].without_ray_number);
     }

@@ -1,6 +1,6 @@
-# Installs BUILD into a temporary prefix, builds the consumer against it, and runs the consumer. With PACKAGE=1 the
-# package that is installed in the system is used instead. The library must choose the same precision and integrator as
-# the program, and render the same picture.
+# Installs the build folder BUILD into a temporary prefix, builds the consumer against it, and runs the consumer. With
+# PACKAGE=1 the package that is installed in the system is used instead of this prefix. The library must choose the same
+# precision and integrator as the program, and render the same picture.
 set(folder ${BUILD}/tests/consumer)
 file(REMOVE_RECURSE ${folder})
 function(run)

@@ -1,5 +1,5 @@
-// Functions on packets: each lane of a result is compared with the scalar function of the same name, and with the
-// standard library or with quadruple precision.
+// Tests of the functions on packets. Each lane of a result is compared with the scalar function of the same name, and
+// with the standard library or quadruple precision.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/trace/packets.h"
@@ -35,7 +35,7 @@ V absolute(const V& v) {
 
 constexpr int rounds = 200;
 
-/// Expects that every lane of f on packets is equal to f on the scalars in that lane.
+/// Expects that every lane of f(packets) is equal to f of the scalars in that lane.
 template <class V, class F, class... Packets>
 void expect_lanewise(const char* name, const F& f, const Packets&... x) {
     const V packet_result = f(x...);
@@ -90,12 +90,13 @@ TYPED_TEST(PacketOperations, ReciprocalsAreAccurateToFourUlp) {
     using S = ScalarOf<V>;
     Random random(3);
     for (int round = 0; round < 10 * rounds; ++round) {
-        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15)), root = rsqrt(x),
-                one_over = recip(x);
+        const V x = absolute(random_packet<V>(random, std::is_same_v<S, double> ? 100 : 15));
+        const V inverse_root = rsqrt(x), inverse = recip(x);
         for (int i = 0; i < lane_count<V>; ++i) {
             const Quad exact = get_lane(x, i), tolerance = 4 * static_cast<Quad>(machine_epsilon<S>);
-            EXPECT_LE(static_cast<double>(abs(get_lane(root, i) * sqrt(exact) - 1)), static_cast<double>(tolerance));
-            EXPECT_LE(static_cast<double>(abs(get_lane(one_over, i) * exact - 1)), static_cast<double>(tolerance));
+            EXPECT_LE(static_cast<double>(abs(get_lane(inverse_root, i) * sqrt(exact) - 1)),
+                      static_cast<double>(tolerance));
+            EXPECT_LE(static_cast<double>(abs(get_lane(inverse, i) * exact - 1)), static_cast<double>(tolerance));
         }
     }
 }
@@ -124,8 +125,8 @@ TYPED_TEST(PacketOperations, TotalReciprocalsAcceptZeroAndInfinity) {
     }
 }
 
-// Packets and the standard library round these functions differently. The tolerance is four ulp of 1 + |result|: it is
-// absolute near the zeros of a function.
+// Packets and the standard library round these functions differently. The tolerance is four ulp of 1 + |result|, so
+// that it is absolute near the zeros of a function.
 TYPED_TEST(PacketOperations, TranscendentalFunctionsAreAccurateToFourUlp) {
     using V = TypeParam;
     using S = ScalarOf<V>;
@@ -147,19 +148,20 @@ TYPED_TEST(PacketOperations, TranscendentalFunctionsAreAccurateToFourUlp) {
         check("cos", cos(x), x, [](double a) { return std::cos(a); });
         check("tan", tan(x), x, [](double a) { return std::tan(a); });
         check("tanh", tanh(x), x, [](double a) { return std::tanh(a); });
-        for (const double other : {0.7, -0.7, 0.0})
-            check("atan2", atan2(x, V(S(other))), x,
-                  [other](double a) { return std::atan2(a, static_cast<double>(S(other))); });
+        for (const double abscissa : {0.7, -0.7, 0.0})
+            check("atan2", atan2(x, V(S(abscissa))), x,
+                  [abscissa](double a) { return std::atan2(a, static_cast<double>(S(abscissa))); });
     }
-    for (const double other : {0.7, -0.7, 0.0, -0.0}) {
-        const V angle = atan2(V(S(0)), V(S(other)));
-        for (int i = 0; i < lane_count<V>; ++i) EXPECT_NEAR(get_lane(angle, i), std::atan2(0.0, other), 1e-6) << other;
+    for (const double abscissa : {0.7, -0.7, 0.0, -0.0}) {
+        const V angle = atan2(V(S(0)), V(S(abscissa)));
+        for (int i = 0; i < lane_count<V>; ++i)
+            EXPECT_NEAR(get_lane(angle, i), std::atan2(0.0, abscissa), 1e-6) << abscissa;
     }
 }
 
-// Arguments of up to 1000, and one lane with 1e15 or ∞, which the argument reduction cannot handle. Finite arguments
-// agree with the standard library to two ulp of 1. Each lane agrees with the scalar function bit for bit: it does not
-// depend on the other lanes.
+// The arguments are up to 1000, except for one lane with 1e15 or ∞, which the argument reduction cannot handle. The
+// results for finite arguments must agree with the standard library to two ulp of 1. Each lane must be equal to the
+// scalar function bit for bit, so that it does not depend on the other lanes.
 TYPED_TEST(PacketOperations, TrigonometricFunctionsOfLargeArgumentsAreAccurate) {
     using V = TypeParam;
     using S = ScalarOf<V>;
@@ -197,7 +199,7 @@ TYPED_TEST(PacketOperations, ComparisonsMasksAndSelectMatchScalars) {
                             at_least = to_bits(a >= b);
         const std::uint64_t both = to_bits((a <= b) & (a >= b)), either = to_bits((a < b) | (a > b)),
                             neither = to_bits(!(a < b));
-        const V picked = select(a < b, a, b);
+        const V selected = select(a < b, a, b);
         for (int i = 0; i < lane_count<V>; ++i) {
             const S x = get_lane(a, i), y = get_lane(b, i);
             const auto bit = [i](std::uint64_t bits) { return ((bits >> i) & 1) != 0; };
@@ -208,7 +210,7 @@ TYPED_TEST(PacketOperations, ComparisonsMasksAndSelectMatchScalars) {
             EXPECT_EQ(bit(both), x == y);
             EXPECT_EQ(bit(either), x != y);
             EXPECT_EQ(bit(neither), !(x < y));
-            EXPECT_EQ(get_lane(picked, i), x < y ? x : y);
+            EXPECT_EQ(get_lane(selected, i), x < y ? x : y);
         }
         EXPECT_EQ(any(a < b), less != 0);
     }

@@ -1,8 +1,8 @@
-// Steps of the strategies that are compiled for comparison, compared with steps of the scalar strategy.
+// Tests of the vectorizations in kernels/comparison. Their steps are compared with steps of the scalar strategy.
 //
-// With the stages of a Gauss method in the lanes, a step agrees with the scalar step bit for bit, because the sums have
-// the same order. With the components of the gradient in the lanes, it agrees only to rounding: the gradient is
-// computed in forward mode instead of reverse mode.
+// With the stages of a Gauss method in the lanes, a step agrees with the scalar step bit for bit, because sums are
+// computed in the same order. With the components of the gradient in the lanes, a step agrees only to rounding, because
+// the gradient is computed in forward mode instead of reverse mode.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 
@@ -18,8 +18,8 @@ using ComparedHamiltonians = detail::AllButFirst<void
                                                  >::Types;
 
 template <class H>
-class OneRayPerVector : public ::testing::Test {};
-TYPED_TEST_SUITE(OneRayPerVector, ComparedHamiltonians, HamiltonianName);
+class ComparedVectorizations : public ::testing::Test {};
+TYPED_TEST_SUITE(ComparedVectorizations, ComparedHamiltonians, HamiltonianName);
 
 /// Returns the greatest difference of state, velocity, λ and H at the ends of two steps, relative to 1 + |value|.
 double difference(const StepperState<double>& a, const StepperState<double>& b) {
@@ -36,8 +36,8 @@ double difference(const StepperState<double>& a, const StepperState<double>& b) 
     return worst;
 }
 
-/// Calls check(state, scalar state, number of steps, method) for every method that the vectorization supports, and for
-/// each of six random rays.
+/// Integrates six random rays by 12 steps of every method that the vectorization supports, and by the same scalar
+/// steps. Calls check(state, scalar state, number of steps, method) for each ray and method.
 template <class H, class Vectorization, class Check>
 void compare_with_scalar(const Check& check) {
     const auto rays = random_rays<H>(6, 23);
@@ -48,34 +48,34 @@ void compare_with_scalar(const Check& check) {
         ++supported;
         const double h = path_length<H> / 64;
         for (const RayStart& ray : rays) {
-            auto steps = Steps<double>::with(method, kernel, default_parameters<H>().data());
+            auto vectorized = Steps<double>::with(method, kernel, default_parameters<H>().data());
             auto scalar = Steps<double>::template in<H>(method, rescaled);
-            steps.begin(state_of<double>(ray), h);
+            vectorized.begin(state_of<double>(ray), h);
             scalar.begin(state_of<double>(ray), h);
-            steps.advance(12);
+            vectorized.advance(12);
             scalar.advance(12);
-            EXPECT_EQ(steps.state.solved, scalar.state.solved);
-            check(steps.state, scalar.state, 12, method);
+            EXPECT_EQ(vectorized.state.solved, scalar.state.solved);
+            check(vectorized.state, scalar.state, 12, method);
         }
     });
     EXPECT_GT(supported, 0);
 }
 
-TYPED_TEST(OneRayPerVector, StagesInLanesMatchScalarBitForBit) {
+TYPED_TEST(ComparedVectorizations, StagesInLanesMatchScalarBitForBit) {
     compare_with_scalar<TypeParam, PerRayStages>([](const auto& state, const auto& scalar, int, const Method&) {
         EXPECT_EQ(difference(state, scalar), 0);
         EXPECT_EQ(state.gradients, scalar.gradients);
     });
 }
 
-TYPED_TEST(OneRayPerVector, GradientInLanesMatchesScalarToRounding) {
+TYPED_TEST(ComparedVectorizations, GradientInLanesMatchesScalarToRounding) {
     compare_with_scalar<TypeParam, PerRayGradient>(
         [](const auto& state, const auto& scalar, int steps, const Method& method) {
             EXPECT_LE(difference(state, scalar), 100 * steps * stages_of(method) * machine_epsilon<double>);
         });
 }
 
-TYPED_TEST(OneRayPerVector, CompilerVectorizedStepsMatchScalarBitForBit) {
+TYPED_TEST(ComparedVectorizations, CompilerVectorizedStepsMatchScalarBitForBit) {
     compare_with_scalar<TypeParam, AutoVectorized>(
         [](const auto& state, const auto& scalar, int, const Method&) { EXPECT_EQ(difference(state, scalar), 0); });
 }
@@ -108,11 +108,11 @@ void expect_lanes_match_scalars() {
     });
     EXPECT_GT(supported, 0);
 }
-TYPED_TEST(OneRayPerVector, PacketsOfOtherWidthsMatchScalarBitForBit) {
-    expect_lanes_match_scalars<TypeParam, NarrowerDouble>();
-    expect_lanes_match_scalars<TypeParam, WiderDouble>();
-    expect_lanes_match_scalars<TypeParam, NarrowerFloat>();
-    expect_lanes_match_scalars<TypeParam, WiderFloat>();
+TYPED_TEST(ComparedVectorizations, PacketsOfOtherWidthsMatchScalarBitForBit) {
+    expect_lanes_match_scalars<TypeParam, SmallerAlternativeDouble>();
+    expect_lanes_match_scalars<TypeParam, LargerAlternativeDouble>();
+    expect_lanes_match_scalars<TypeParam, SmallerAlternativeFloat>();
+    expect_lanes_match_scalars<TypeParam, LargerAlternativeFloat>();
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// Steps of packets, compared lane by lane with scalar steps of the same rays. They must agree bit for bit, whatever the
-// other lanes contain. Packets and the standard library round exp, log and tanh differently: if H contains them, the
-// steps agree to rounding.
+// Compares steps of packets, lane by lane, with scalar steps of the same rays. The results must be equal bit for bit,
+// whatever the other lanes contain. Packets and the standard library round exp, log and tanh differently. If H contains
+// one of these functions, the results must be equal to rounding.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -15,33 +15,33 @@ TYPED_TEST_SUITE(Strategies, AllHamiltonians, HamiltonianName);
 /// Returns true if two numbers are equal or both NaN. Zeros of either sign are equal, because the compiler may exchange
 /// them.
 template <class S>
-bool same(S a, S b) { return a == b || (a != a && b != b); }
+bool equal_or_both_nan(S a, S b) { return a == b || (a != a && b != b); }
 
 /// Returns all results of a step in one lane.
 template <class V>
-std::vector<ScalarOf<V>> outcome(const StepperState<V>& f, int lane) {
+std::vector<ScalarOf<V>> results_in_lane(const StepperState<V>& state, int lane) {
     std::vector<ScalarOf<V>> values;
     const auto add = [&](const V& v) { values.push_back(get_lane(v, lane)); };
-    for (int k = 0; k < 7; ++k) add(f.end.y[k]);
-    add(f.end.velocity.x);
-    add(f.end.velocity.y);
-    add(f.end.velocity.z);
-    add(f.end.parameter);
-    add(f.energy);
-    add(f.energy_error);
-    add(f.end.domain);
-    add(f.end.captured);
-    add(f.gradients);
-    add(f.lane_iterations);
-    values.push_back(static_cast<ScalarOf<V>>((to_bits(f.solved) >> lane) & 1));
+    for (int k = 0; k < 7; ++k) add(state.end.y[k]);
+    add(state.end.velocity.x);
+    add(state.end.velocity.y);
+    add(state.end.velocity.z);
+    add(state.end.parameter);
+    add(state.energy);
+    add(state.energy_error);
+    add(state.end.domain);
+    add(state.end.captured);
+    add(state.gradients);
+    add(state.lane_iterations);
+    values.push_back(static_cast<ScalarOf<V>>((to_bits(state.solved) >> lane) & 1));
     return values;
 }
 
 template <class S>
 void expect_same(const std::vector<S>& a, const std::vector<S>& b, const std::string& description) {
     for (std::size_t i = 0; i < a.size(); ++i)
-        EXPECT_TRUE(same(a[i], b[i])) << description << ", value " << i << ": " << a[i] << " and " << b[i]
-                                      << ", difference " << a[i] - b[i];
+        EXPECT_TRUE(equal_or_both_nan(a[i], b[i])) << description << ", value " << i << ": " << a[i] << " and " << b[i]
+                                                   << ", difference " << a[i] - b[i];
 }
 
 template <class V>
@@ -54,8 +54,8 @@ State<V> packet_of(const std::vector<RayStart>& rays) {
     return s;
 }
 
-/// Compares a lane with a scalar step to a relative tolerance. Leaves out the numbers of gradients and iterations,
-/// which a rounding error can change.
+/// Expects that the results in a lane agree with a scalar step within `tolerance`, relative to 1 + |value|. Leaves out
+/// the numbers of gradients and iterations, which a rounding error can change.
 template <class V>
 void expect_near(const StepperState<V>& packet, int lane, const StepperState<ScalarOf<V>>& scalar, double tolerance) {
     using S = ScalarOf<V>;
@@ -90,7 +90,8 @@ void expect_lanes_match_scalars() {
             for (int i = 0; i < lane_count<V>; ++i) {
                 scalars[i].advance(steps);
                 if (!is_transcendental<H>())
-                    expect_same(outcome(packet.state, i), outcome(scalars[i].state, 0), "lane " + std::to_string(i));
+                    expect_same(results_in_lane(packet.state, i), results_in_lane(scalars[i].state, 0),
+                                "lane " + std::to_string(i));
                 else
                     expect_near(packet.state, i, scalars[i].state,
                                 100 * total_steps * stages_of(method) * machine_epsilon<S>);
@@ -101,27 +102,27 @@ void expect_lanes_match_scalars() {
 TYPED_TEST(Strategies, LanesOfDoubleMatchScalars) { expect_lanes_match_scalars<TypeParam, PacketDouble>(); }
 TYPED_TEST(Strategies, LanesOfFloatMatchScalars) { expect_lanes_match_scalars<TypeParam, PacketFloat>(); }
 
-/// Returns six starts from which no method can integrate.
+/// Returns six ray starts from which no method can integrate.
 std::vector<RayStart> invalid_starts(const RayStart& valid) {
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
-    std::vector<RayStart> bad(6, valid);
+    std::vector<RayStart> invalid_rays(6, valid);
     for (int k = 0; k < 3; ++k) {
-        bad[0].q[k] = nan;
-        bad[1].q[k] = infinity;
-        bad[2].q[k] = 0;
+        invalid_rays[0].q[k] = nan;
+        invalid_rays[1].q[k] = infinity;
+        invalid_rays[2].q[k] = 0;
     }
-    bad[3].p[1] = nan;
-    bad[4].p[0] = -infinity;
-    bad[5].p[2] = 1e30;
-    return bad;
+    invalid_rays[3].p[1] = nan;
+    invalid_rays[4].p[0] = -infinity;
+    invalid_rays[5].p[2] = 1e30;
+    return invalid_rays;
 }
 
-/// Compares the steps of a packet in which one lane has an invalid start with the steps of a packet without it.
+/// Compares the steps of a packet that has an invalid start in one lane with the steps of a packet of valid starts.
 template <class H, class V>
 void expect_other_lanes_unchanged() {
     using S = ScalarOf<V>;
     const auto valid = random_rays<H>(lane_count<V>, 7);
-    const auto bad = invalid_starts(valid[0]);
+    const auto invalid_rays = invalid_starts(valid[0]);
     for_all_methods<H>([&](const Method& method, bool rescaled) {
         const auto run = [&](const std::vector<RayStart>& rays) {
             auto steps = Steps<V>::template in<H>(method, rescaled);
@@ -130,15 +131,15 @@ void expect_other_lanes_unchanged() {
             return steps;
         };
         const auto expected = run(valid);
-        for (std::size_t kind = 0; kind < bad.size(); ++kind) {
+        for (std::size_t j = 0; j < invalid_rays.size(); ++j) {
             auto rays = valid;
-            const int bad_lane = static_cast<int>(kind) % lane_count<V>;
-            rays[static_cast<std::size_t>(bad_lane)] = bad[kind];
+            const int invalid_lane = static_cast<int>(j) % lane_count<V>;
+            rays[static_cast<std::size_t>(invalid_lane)] = invalid_rays[j];
             const auto result = run(rays);
             for (int i = 0; i < lane_count<V>; ++i) {
-                if (i == bad_lane) continue;
-                expect_same(outcome(result.state, i), outcome(expected.state, i),
-                            "lane " + std::to_string(i) + " with invalid start " + std::to_string(kind));
+                if (i == invalid_lane) continue;
+                expect_same(results_in_lane(result.state, i), results_in_lane(expected.state, i),
+                            "lane " + std::to_string(i) + " with invalid start " + std::to_string(j));
             }
         }
     });
@@ -150,7 +151,8 @@ TYPED_TEST(Strategies, InvalidStartsDoNotChangeOtherLanesInFloat) {
     expect_other_lanes_unchanged<TypeParam, PacketFloat>();
 }
 
-// Lanes whose rays have terminated take steps of length 0. Their state must not change, and their steps are solved.
+// Lanes whose rays have terminated take steps of length 0. Such a step must be solved and must not change the
+// state.
 TYPED_TEST(Strategies, StepsOfLengthZeroAreTheIdentity) {
     using H = TypeParam;
     const auto rays = random_rays<H>(lane_count<PacketDouble>, 9);
@@ -162,7 +164,8 @@ TYPED_TEST(Strategies, StepsOfLengthZeroAreTheIdentity) {
         for (int i = 0; i < lane_count<PacketDouble>; ++i) {
             EXPECT_TRUE((to_bits(steps.state.solved) >> i) & 1);
             for (int k = 0; k < 7; ++k) {
-                // The exact split computes r and n = q/r also in such a step, so that it rounds.
+                // The ExactSplit stepper computes r and q/r also in a step of length 0, so that its results are
+                // rounded.
                 const double end = get_lane(steps.state.end.y[k], i), expected = get_lane(start.y[k], i);
                 if (method.kind == StepperKind::exact_split)
                     EXPECT_NEAR(end, expected, 256 * machine_epsilon<double> * (1 + std::abs(expected)));

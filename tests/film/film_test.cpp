@@ -63,9 +63,9 @@ double decode_srgb(int code) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-/// Returns the greatest error of rounding a linear colour to an 8-bit sRGB code. It occurs between codes 254 and 255,
-/// where the slope of the curve is greatest.
-double half_a_code() {
+/// Returns the greatest error of rounding a linear colour to an 8-bit sRGB code, plus 1 %. It occurs between codes 254
+/// and 255, where the slope of the curve is greatest.
+double max_rounding_to_code() {
     return 0.5 * (decode_srgb(255) - decode_srgb(254)) * 1.01;
 }
 
@@ -141,7 +141,7 @@ TEST_F(FilmOnDisk, IsReadAsTheWrittenColors) {
         ASSERT_EQ(image.height, static_cast<int>(height)) << name;
         const bool exact = std::string(name) == "a.pfm";
         for (std::size_t i = 0; i < image.rgb.size(); ++i)
-            EXPECT_NEAR(image.rgb[i], film.plane("color")[i], exact ? 0 : half_a_code()) << name << " " << i;
+            EXPECT_NEAR(image.rgb[i], film.plane("color")[i], exact ? 0 : max_rounding_to_code()) << name << " " << i;
     }
 }
 
@@ -197,13 +197,13 @@ TEST_F(FilmOnDisk, IsReadWithTheDisplayWindowOfExr) {
         << out->geterror();
     try {
         read_image(path("large.exr"), {});
-        ADD_FAILURE() << "read";
+        ADD_FAILURE() << "a picture with too many pixels was read";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("1073741823 x 1073741823 pixels"), std::string::npos) << error.what();
     }
 }
 
-// The data window of a crop is its rectangle, and the display window is the whole picture.
+// The data window is the rectangle of the crop, and the display window is the whole picture.
 TEST_F(FilmOnDisk, HasThePositionOfACropAsExr) {
     write_film(Film(2, 3, {"color"}, {10, 20, 64, 48}), path("crop.exr"), {});
     const auto in = OIIO::ImageInput::open(path("crop.exr"));

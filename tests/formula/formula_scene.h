@@ -6,11 +6,11 @@
 
 namespace kagero::test {
 
-/// The tables of a scene that follow [space].
-inline const std::string rest = "\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n[film]\nsize = [4, 4]\n";
+/// The tables of a scene that describe its view.
+inline const std::string view_text = "\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\n[film]\nsize = [4, 4]\n";
 
-/// A formula whose rays are straight. A scene can add keys of [space].
-inline const std::string straight = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
+/// The table [space] of a formula whose rays are straight. Further keys of [space] can be appended.
+inline const std::string straight_space = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";
 
 /// The medium `mirage` as a formula.
 inline constexpr const char* mirage_formula =
@@ -32,7 +32,7 @@ inline std::vector<RayEnd> traced(const std::string& text, const Overrides& over
     Options options = with_strategy(strategy);
     options.isa = isa;
     options.energy_error = true;
-    const auto plan = plan_of_text(text + rest, overrides, options, false);
+    const auto plan = plan_of_text(text + view_text, overrides, options, false);
     std::vector<RayEnd> ends;
     trace(*plan, start_rays(*plan, rays), ends);
     return ends;
@@ -41,7 +41,7 @@ inline std::vector<RayEnd> traced(const std::string& text, const Overrides& over
 /// Returns the message of the InputError for a scene with this space, or "" if the scene is accepted.
 inline std::string refusal(const std::string& text, const Overrides& overrides = {}) {
     try {
-        plan_of_text(text + rest, overrides, with_strategy("packet"));
+        plan_of_text(text + view_text, overrides, with_strategy("packet"));
     } catch (const InputError& error) {
         return error.what();
     }

@@ -1,4 +1,5 @@
-// Tests of the keys of a scene that describe a formula: use, refusal, overriding and printing.
+// Tests of the keys of a scene that describe a formula: use, refusal, overriding and printing. Helpers are the named
+// expressions in the table [space.let].
 #include "tests/formula/formula_scene.h"
 #include "scene/print.h"
 
@@ -11,23 +12,24 @@ namespace {
 
 // The method satoh4 alternates the flows of the two parts of H.
 TEST(FormulaScene, ChecksAndUsesTheParts) {
-    const std::string parts = straight + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*(pz^2 - 1)\"]\n";
+    const std::string parts = straight_space + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*(pz^2 - 1)\"]\n";
     EXPECT_EQ(refusal(parts, {"integrator.method=satoh4"}), "");
     EXPECT_EQ(traced(parts, {"integrator.method=satoh4"}, "packet", {{{0, 0, 0}, {1, 1, 0}}})[0].status,
               Status::escaped);
     // A method that does not use the parts must give the same rays with and without them.
-    const std::string scale = "length_scale = \"0.05 + 0.01*abs(z)\"\ndomain = \"8 - abs(x)\"\n";
+    const std::string bounds = "length_scale = \"0.05 + 0.01*abs(z)\"\ndomain = \"8 - abs(x)\"\n";
     const auto rays = fan({-3, 0.5, 0.25});
-    const auto with = traced(parts + scale, {"integrator.step=1"}, "packet", rays),
-               without = traced(straight + scale, {"integrator.step=1"}, "packet", rays);
+    const auto with = traced(parts + bounds, {"integrator.step=1"}, "packet", rays),
+               without = traced(straight_space + bounds, {"integrator.step=1"}, "packet", rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         EXPECT_EQ(with[i].steps, without[i].steps);
         EXPECT_EQ(with[i].q[0], without[i].q[0]);
     }
-    EXPECT_NE(refusal(straight, {"integrator.method=satoh4"}).find("does not state the parts"), std::string::npos);
-    EXPECT_NE(refusal(straight + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*pz^2\"]\n").find("do not sum to space.H"),
+    EXPECT_NE(refusal(straight_space, {"integrator.method=satoh4"}).find("does not state the parts"),
               std::string::npos);
-    EXPECT_NE(refusal(straight + "parts = [\"0.5*px^2\"]\n").find("two formulas"), std::string::npos);
+    EXPECT_NE(refusal(straight_space + "parts = [\"0.5*(px^2 + py^2)\", \"0.5*pz^2\"]\n").find("do not sum to space.H"),
+              std::string::npos);
+    EXPECT_NE(refusal(straight_space + "parts = [\"0.5*px^2\"]\n").find("two formulas"), std::string::npos);
 }
 
 // An override replaces the value of one key and keeps the order of helpers, because a helper can use the helpers above
@@ -36,7 +38,7 @@ TEST(FormulaScene, KeepsTheOtherKeysAndTheirOrderWithOverrides) {
     const std::string text =
         "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - color*texture/(1 + r4))\"\n"
         "[space.constants]\ncolor = 2\ntexture = 3\n[space.let]\nr2 = \"x^2 + y^2 + z^2\"\nr4 = \"r2^2\"\n";
-    const auto plan = plan_of_text(text + rest, {"space.let.r2=x^2+y^2", "space.constants.color=5"});
+    const auto plan = plan_of_text(text + view_text, {"space.let.r2=x^2+y^2", "space.constants.color=5"});
     const FormulaDescription& formula = *plan->description().space.formula;
     EXPECT_EQ(formula.helpers[0], (std::pair<std::string, std::string>{"r2", "x^2+y^2"}));
     EXPECT_EQ(formula.constants[0], (std::pair<std::string, double>{"color", 5}));
@@ -49,15 +51,15 @@ TEST(FormulaScene, RefusesIncompleteOrWrongKeys) {
         {"[space]\nhamiltonian = \"formula\"\nH = 3\n", "it must be a string"},
         {"[space]\nhamiltonian = \"formula\"\nH = \"x^2\"\n", "a formula that contains px, py or pz"},
         {"[space]\nhamiltonian = \"formula\"\nH = \"px*foo\"\n", ":3:5: space.H, position 4: unknown name foo"},
-        {straight + "domain = \"px\"\n", "it may depend only on x y z pt"},
-        {straight + "domian = \"x\"\n", "did you mean \"domain\"?"},
-        {straight + "rg = 1\n", "unknown key space.rg"},
-        {straight + "[space.constants]\nx = 1\n", "is already defined in formulas"},
-        {straight + "[space.constants]\nsin = 1\n", "is the name of a function"},
-        {straight + "[space.let]\na = \"b\"\nb = \"1\"\n", "space.let.a, position 1: unknown name b"},
-        {straight + "[space.let]\na = \"1\"\n[space.constants]\na = 1\n", "is already defined in formulas"},
-        {straight + "[integrator]\nrescale = \"px\"\n", "it may depend only on x y z and r"},
-        {straight + "[integrator]\nrescale = \"q\"\n", "integrator.rescale, position 1: unknown name q"},
+        {straight_space + "domain = \"px\"\n", "it may depend only on x y z pt"},
+        {straight_space + "domian = \"x\"\n", "did you mean \"domain\"?"},
+        {straight_space + "rg = 1\n", "unknown key space.rg"},
+        {straight_space + "[space.constants]\nx = 1\n", "is already defined in formulas"},
+        {straight_space + "[space.constants]\nsin = 1\n", "is the name of a function"},
+        {straight_space + "[space.let]\na = \"b\"\nb = \"1\"\n", "space.let.a, position 1: unknown name b"},
+        {straight_space + "[space.let]\na = \"1\"\n[space.constants]\na = 1\n", "is already defined in formulas"},
+        {straight_space + "[integrator]\nrescale = \"px\"\n", "it may depend only on x y z and r"},
+        {straight_space + "[integrator]\nrescale = \"q\"\n", "integrator.rescale, position 1: unknown name q"},
     };
     for (const auto& [text, message] : table)
         EXPECT_NE(refusal(text).find(message), std::string::npos) << text << refusal(text);
@@ -71,7 +73,8 @@ TEST(FormulaScene, RefusesFormulasThatAreTooLarge) {
     EXPECT_NE(refusal(large.str()).find("too large"), std::string::npos) << refusal(large.str());
 }
 
-// If helpers were expanded, these formulas would have 2^60 leaves. The test ends only if each helper is parsed once.
+// Each helper contains the previous helper twice. If helpers were expanded, the formulas would have 2^60 leaves, and
+// the test would not end.
 TEST(FormulaScene, ParsesEachHelperOnce) {
     for (const char* helper : {" + ", "*"}) {
         std::ostringstream deep;
@@ -84,11 +87,11 @@ TEST(FormulaScene, ParsesEachHelperOnce) {
 }
 
 TEST(FormulaScene, IsPrintedCompletely) {
-    const std::string text = mirage_formula + rest;
-    const std::string once = print_scene(plan_of_text(text, {"integrator.rescale=\"1/n\""})->description());
-    EXPECT_EQ(print_scene(plan_of_text(once, {})->description()), once);
-    EXPECT_NE(once.find("n = \"0.85 - 0.3*z^3 + 0.03*cos(3*pi*x)\""), std::string::npos);
-    EXPECT_NE(once.find("rescale = \"1/n\""), std::string::npos);
+    const std::string text = mirage_formula + view_text;
+    const std::string printed = print_scene(plan_of_text(text, {"integrator.rescale=\"1/n\""})->description());
+    EXPECT_EQ(print_scene(plan_of_text(printed, {})->description()), printed);
+    EXPECT_NE(printed.find("n = \"0.85 - 0.3*z^3 + 0.03*cos(3*pi*x)\""), std::string::npos);
+    EXPECT_NE(printed.find("rescale = \"1/n\""), std::string::npos);
 }
 
 }  // namespace

@@ -13,11 +13,11 @@ namespace {
 struct Pair {
     const char *name, *built_in, *formula;
     double origin[3];                 ///< Start of the rays.
-    const char* escape_radius = "9";  ///< Smaller in media in which rays would otherwise take thousands of steps.
+    const char* escape_radius = "9";  ///< It is smaller if rays would otherwise take thousands of steps.
 };
 
 /// H of a formula is copied from the header of the built-in Hamiltonian. A formula cannot describe the second sheet of
-/// `wormhole`, the discontinuity of `luneburg` or the seed of `shimmer`.
+/// `wormhole`, the discontinuity of `luneburg` or the random index of `shimmer`.
 const Pair pairs[] = {
     {"flat", "[space]\nhamiltonian = \"flat\"\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n", {-3, 0.5, 0.25}},
@@ -107,12 +107,13 @@ TEST_P(FormulaOn, AppliesBoundsWhereExponentialsOverflow) {
     const std::vector<RayInput> rays{{{3, 0, 0}, {1, 0, 0}}};
     for (const char* strategy : {"packet", "scalar"}) {
         const auto steps = [&](const char* bound) {
-            return traced(straight + bound, {"integrator.step=1"}, strategy, rays, GetParam())[0].steps;
+            return traced(straight_space + bound, {"integrator.step=1"}, strategy, rays, GetParam())[0].steps;
         };
         EXPECT_EQ(steps("length_scale = \"0.25 + 1/(1 + exp(1000*x))\"\n"), steps("length_scale = \"0.25\"\n"));
         EXPECT_EQ(steps("length_scale = \"min(0.25, 1/(y^2 + z^2))\"\n"), steps("length_scale = \"0.25\"\n"));
         const RayEnd outside =
-            traced(straight + "domain = \"1/(1 + exp(1000*(x - 2))) - 0.5\"\n", {}, strategy, rays, GetParam())[0];
+            traced(straight_space + "domain = \"1/(1 + exp(1000*(x - 2))) - 0.5\"\n", {}, strategy, rays,
+                   GetParam())[0];
         EXPECT_EQ(outside.status, Status::escaped);
         EXPECT_EQ(outside.steps, 0u);
         EXPECT_EQ(outside.q[0], 3);
@@ -155,15 +156,15 @@ TEST(FormulaSpace, HasTheObserversOfTheBuiltInSpacetime) {
     }
 }
 
-// If H is quadratic in p, the camera has a map from directions to momenta. The momenta of its rays are compared with
-// the momenta that Space::start solves for.
+// If H is quadratic in p, the view contains a map from directions to momenta. The momenta of camera rays, which follow
+// from the map, are compared with the momenta that Space::start finds by solving an equation for each direction.
 TEST(FormulaSpace, HasACameraMapIfHIsQuadraticInP) {
-    const std::string form =
+    const std::string quadratic =
         "[space]\nhamiltonian = \"formula\"\nH = \"px^2 + 0.5*(py^2 + pz^2) + 0.3*px*py + 0.2*px*x - 0.1*pz\"\nH0 = "
         "0.5\n";
     const std::string camera =
         "[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\nobserver = \"coordinate\"\n[film]\nsize = [9, 7]\n";
-    const auto plan = plan_of_text(form + camera, {});
+    const auto plan = plan_of_text(quadratic + camera, {});
     EXPECT_FALSE(plan->view.solves_each_direction);
     for (std::uint32_t y = 0; y < 7; ++y)
         for (std::uint32_t x = 0; x < 9; ++x) {
@@ -176,7 +177,7 @@ TEST(FormulaSpace, HasACameraMapIfHIsQuadraticInP) {
             expect_close(mapped.p, solved.p, 1e-12);
         }
     const auto quartic =
-        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + rest, {});
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + 2*py^2 + pz^2)^2 - 1\"\n" + view_text, {});
     EXPECT_TRUE(quartic->view.solves_each_direction);
 }
 
@@ -200,8 +201,8 @@ TEST(FormulaSpace, DoesNotDependOnTheUnitOfLength) {
     for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(large[k], small[k], 1e-12);
 }
 
-// The built-in medium is rescaled by 1/n by default, which makes H separable for srkn6. The formula states the
-// rescaling.
+// By default, the built-in medium is rescaled by 1/n. The rescaled H is separable, as srkn6 requires. The scene with
+// the formula states this rescaling.
 TEST(FormulaSpace, SupportsAMethodThatNeedsTheRescaling) {
     if (!is_built("mirage")) GTEST_SKIP() << "the kernel modules were built without mirage";
     const Pair& mirage = pairs[2];
@@ -253,7 +254,8 @@ TEST(FormulaSpace, StartsRaysInTheGivenDirection) {
                                     "2 - px^4 - 2*py^4 - pz^4",
                                     "(px - 1000)^4 + (py + 500)^4 + (pz - 3000)^4"};
     for (const std::string energy : energies) {
-        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" + rest,
+        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" +
+                                           view_text,
                                        {}, {}, false);
         const std::vector<RayInput> rays{{{0.3, 0.2, 0.1}, {1, 2, 3}},
                                          {{0.3, 0.2, 0.1}, {-2, 0.1, 0.4}},
@@ -272,22 +274,24 @@ TEST(FormulaSpace, StartsRaysInTheGivenDirection) {
         for (const RayStart& start : starts) EXPECT_EQ(start.failure, Failure::none) << energy;
     }
     const auto none =
-        plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = -1\nH = \"px^2 + py^2 + pz^2\"\n" + rest, {}, {}, false);
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = -1\nH = \"px^2 + py^2 + pz^2\"\n" + view_text,
+                     {}, {}, false);
     EXPECT_EQ(start_rays(*none, {{{0, 0, 0}, {1, 0, 0}}})[0].failure, Failure::no_momentum);
     const auto singular =
-        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + py^2 + pz^2)/x - 1\"\n" + rest, {}, {}, false);
+        plan_of_text("[space]\nhamiltonian = \"formula\"\nH = \"(px^2 + py^2 + pz^2)/x - 1\"\n" + view_text,
+                     {}, {}, false);
     EXPECT_EQ(start_rays(*singular, {{{0, 0, 0}, {1, 0, 0}}})[0].failure, Failure::singular_start);
 }
 
 TEST(FormulaSpace, AppliesDomainCaptureAndLengthScale) {
     const std::vector<RayInput> rays{{{0, 0, 0}, {1, 0, 0}}};
-    const auto edge = traced(straight + "domain = \"2 - x\"\n", {}, "packet", rays)[0];
+    const auto edge = traced(straight_space + "domain = \"2 - x\"\n", {}, "packet", rays)[0];
     EXPECT_EQ(edge.status, Status::escaped);
     EXPECT_NEAR(edge.q[0], 2, 1e-12);
-    EXPECT_EQ(traced(straight + "capture = \"2 - x\"\n", {}, "packet", rays)[0].status, Status::captured);
-    const auto free = traced(straight, {"integrator.step=1"}, "packet", rays)[0],
-               bound = traced(straight + "length_scale = \"0.25\"\n", {"integrator.step=1"}, "packet", rays)[0];
-    EXPECT_EQ(bound.steps, 4 * free.steps);
+    EXPECT_EQ(traced(straight_space + "capture = \"2 - x\"\n", {}, "packet", rays)[0].status, Status::captured);
+    const auto unbounded = traced(straight_space, {"integrator.step=1"}, "packet", rays)[0],
+               bounded = traced(straight_space + "length_scale = \"0.25\"\n", {"integrator.step=1"}, "packet", rays)[0];
+    EXPECT_EQ(bounded.steps, 4 * unbounded.steps);
 }
 
 }  // namespace

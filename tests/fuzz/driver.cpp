@@ -1,5 +1,5 @@
-// Runs a fuzz target on inputs that are random changes of a corpus. The inputs are the same in every run with the same
-// seed.
+// Runs a fuzz target on the files of a corpus, and on random changes of them. The inputs are the same in every run with
+// the same seed.
 //
 //     scene_fuzz [--seconds N] [--seed N] FILE|DIRECTORY ...
 //
@@ -28,18 +28,18 @@ namespace {
 namespace fs = std::filesystem;
 using Random = std::mt19937_64;
 
-constexpr std::size_t longest = 1 << 14;      ///< Greatest length of an input, in bytes.
-constexpr std::size_t largest_corpus = 2000;  ///< Greatest number of inputs in the corpus.
-constexpr unsigned hang_seconds = 10;         ///< Processor time after which an input counts as endless.
+constexpr std::size_t max_input_size = 1 << 14;  ///< Greatest length of an input, in bytes.
+constexpr std::size_t max_corpus_size = 2000;   ///< Greatest number of inputs in the corpus.
+constexpr unsigned max_run_seconds = 10;        ///< Processor time after which SIGPROF ends the run of an input.
 
-std::string current;  ///< The input that the target is running on.
-std::string report;   ///< The file to which the input is written if the target crashes.
+std::string current_input;  ///< The input that the target is running on.
+std::string crash_file;     ///< Name of the file to which the input is written if the target crashes.
 
 /// Signal handler: writes the current input to the file and ends the process by the signal.
 void save_input_and_end(int signal) {
-    const int file = open(report.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
+    const int file = open(crash_file.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
     if (file >= 0) {
-        [[maybe_unused]] const auto written = write(file, current.data(), current.size());
+        [[maybe_unused]] const auto written = write(file, current_input.data(), current_input.size());
         close(file);
     }
     std::signal(signal, SIG_DFL);
@@ -56,30 +56,30 @@ std::size_t random_below(Random& random, std::size_t n) {
     return n == 0 ? 0 : random() % n;
 }
 
-/// Returns start and length of a random part of a text. Three of four parts have at most 12 bytes.
+/// Returns start and length of a random part of a text. Three of four parts have fewer than 13 bytes.
 std::pair<std::size_t, std::size_t> random_part(Random& random, const std::string& text) {
-    const std::size_t from = random_below(random, text.size() + 1), rest = text.size() - from;
-    return {from, random_below(random, 1 + (random() % 4 == 0 ? rest : std::min<std::size_t>(rest, 12)))};
+    const std::size_t start = random_below(random, text.size() + 1), remaining = text.size() - start;
+    return {start, random_below(random, 1 + (random() % 4 == 0 ? remaining : std::min<std::size_t>(remaining, 12)))};
 }
 
 /// Changes a text at a random position: erases, duplicates or replaces a part, changes a byte, or inserts a word, a
 /// number or a part of another input.
 void change(Random& random, std::string& text, const std::vector<std::string>& corpus,
             const std::vector<std::string>& words) {
-    const auto [from, count] = random_part(random, text);
+    const auto [position, count] = random_part(random, text);
     switch (random() % 7) {
-        case 0: text.erase(from, count); break;
-        case 1: text.insert(from, text.substr(from, count)); break;
-        case 2: text.insert(from, words[random_below(random, words.size())]); break;
-        case 3: text.replace(from, count, words[random_below(random, words.size())]); break;
+        case 0: text.erase(position, count); break;
+        case 1: text.insert(position, text.substr(position, count)); break;
+        case 2: text.insert(position, words[random_below(random, words.size())]); break;
+        case 3: text.replace(position, count, words[random_below(random, words.size())]); break;
         case 4: if (!text.empty()) text[random_below(random, text.size())] = static_cast<char>(random()); break;
         case 5: {
             const std::string& other = corpus[random_below(random, corpus.size())];
             const auto [start, length] = random_part(random, other);
-            text.insert(from, other.substr(start, length));
+            text.insert(position, other.substr(start, length));
             break;
         }
-        default: text.insert(from, std::to_string(static_cast<std::int64_t>(random()) >> (random() % 64)));
+        default: text.insert(position, std::to_string(static_cast<std::int64_t>(random()) >> (random() % 64)));
     }
 }
 
@@ -92,9 +92,9 @@ void limit_processor_time(unsigned seconds) {
 
 /// Runs the target on an input, and returns its result.
 int run_target(const std::string& input) {
-    current = input;
-    limit_processor_time(hang_seconds);
-    return LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current.data()), current.size());
+    current_input = input;
+    limit_processor_time(max_run_seconds);
+    return LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current_input.data()), current_input.size());
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ int main(int count, char** arguments) {
     std::istringstream stream(fuzz_words);
     const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
 
-    report = "fuzz-" + fs::path(arguments[0]).stem().string() + ".input";
+    crash_file = "fuzz-" + fs::path(arguments[0]).stem().string() + ".input";
     for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGPROF})
         std::signal(signal, save_input_and_end);
 
@@ -134,11 +134,11 @@ int main(int count, char** arguments) {
         std::string input = corpus[random_below(random, corpus.size())];
         for (std::size_t changes = 1 + random_below(random, 4); changes > 0; --changes)
             change(random, input, corpus, words);
-        if (input.size() > longest) input.resize(longest);
+        if (input.size() > max_input_size) input.resize(max_input_size);
         ++inputs;
         if (run_target(input) != 0) continue;
         ++accepted;
-        if (corpus.size() < largest_corpus) corpus.push_back(input);
+        if (corpus.size() < max_corpus_size) corpus.push_back(input);
         else corpus[corpus_size + random_below(random, corpus.size() - corpus_size)] = input;
     }
     limit_processor_time(0);

@@ -1,5 +1,5 @@
-// Fuzz target for formulas: any text must be compiled to the programs of a kernel and start a ray, or be refused by an
-// InputError.
+// Fuzz target for formulas. A text must either be refused by an InputError, or be compiled to programs with which the
+// start of a ray can be computed.
 #include "error.h"
 #include "formula/nodes.h"
 #include "formula/parser.h"
@@ -35,9 +35,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         formula.parsed.energy = parse_formula(formula.scope, {formula.energy, "space.H", {}});
         evaluate(formula.scope, formula.parsed.energy, {1, 2, 3, 0.5, -0.25, 1, -1});
         const std::vector<double> programs = compile_formula(formula, module);
-        const double at[3] = {1, 2, 3}, along[3] = {0, 0.6, 0.8};
+        const double position[3] = {1, 2, 3}, direction[3] = {0, 0.6, 0.8};
         RayStart start{};
-        module.start(space, programs.data(), at, along, &start);
+        module.start(space, programs.data(), position, direction, &start);
         return 0;
     } catch (const InputError&) {
         return -1;

@@ -1,4 +1,4 @@
-// Tests of culling: pictures with and without it must be identical.
+// Tests of culling: pictures with and without culling must be identical.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
 
@@ -14,8 +14,8 @@ struct Scene {
     friend std::ostream& operator<<(std::ostream& out, const Scene& scene) { return out << scene.name; }
 };
 
-/// Returns a scene of random spheres, boxes and tilted parallelograms around a black hole. Some of them intersect, and
-/// the camera is among them.
+/// Returns a scene of random spheres, boxes and tilted parallelograms around a black hole. Some of these objects
+/// intersect each other, and the camera is between the objects.
 std::string random_objects() {
     std::mt19937 random(7);
     std::uniform_real_distribution<double> coordinate(-3, 3), size(0.02, 0.5), share(0, 1);

@@ -57,7 +57,7 @@ TEST_F(SceneSurfaces, HaveTheStatedNumberOfSquaresAlongTheirEdges) {
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 2; ++j) {
             const float expected = (i + j) % 2 == 0 ? 1.0f : 0.25f;
-            // The coordinates of both triangles extend over the whole rectangle.
+            // Both triangles use the texture coordinates of the whole rectangle.
             for (const std::uint32_t triangle : {0u, 1u}) {
                 const Float3 color =
                     loaded.paints.surface_color(0, triangle, {-1 + (i + 0.5) / 2, 0, (j + 0.5) / 2}, {0, 1, 0});
@@ -76,8 +76,8 @@ TEST_F(SceneSurfaces, ShowImagesUprightOnWalls) {
             Double3 outward{}, up{};
             outward[face / 2] = face % 2 == 0 ? 1 : -1;
             up[face / 2 == 2 ? 1 : 2] = 1;
-            const double sense = shape == "room" ? 1 : -1;
-            const Double3 forward = scaled(outward, sense), right = cross(forward, up);
+            const double sign = shape == "room" ? 1 : -1;
+            const Double3 forward = scaled(outward, sign), right = cross(forward, up);
             const auto at = [&](double x, double y) {
                 const Double3 point = add(outward, add(scaled(right, x), scaled(up, y)));
                 return loaded.paints.surface_color(0, 2 * face + (x > y ? 0 : 1), subtract(point, {5, 5, 5}), forward);
@@ -130,7 +130,7 @@ TEST_F(SceneSurfaces, HaveEquirectangularImagesOnSpheres) {
                       {static_cast<float>(high / 2), 0, 0}));
 }
 
-// The scale is a power of two, so that it causes no rounding.
+// The factor is a power of two, so that the scaling causes no rounding.
 TEST_F(SceneSurfaces, AreScaledToOrderOneByAPowerOfTwo) {
     const SceneGeometry geometry(
         load(head + "space.center = [100, 0, 0]\n[[object]]\nshape = \"sphere\"\ncenter = [100, 0, 0]\n"
@@ -186,8 +186,8 @@ TEST_F(SceneSurfaces, CauseARemarkIfTheyAreTooSmallForTheirDistance) {
     EXPECT_EQ(remarks[0].find("object planet: Embree's single precision displaces it"), 0u) << remarks[0];
 }
 
-// The surfaces are a cube and a sphere within it, so that the distance to them is known. A clear box must contain no
-// surface, and it must contain the cube around q that the distance allows, except for 1.5 cells of the grid.
+// The surfaces are a cube and a sphere within it, so that the distance d from q to the surfaces is known. A clear box
+// must contain no surface. It must contain the cube around q with edges of 2 (d/√3 − 1.5 c), where c is the cell size.
 TEST_F(SceneSurfaces, AreInNoClearBox) {
     const SceneGeometry geometry(
         load(head + "space.center = [0.5, 0, 0]\n[[object]]\nshape = \"room\"\nmin = [-0.5, -1, -1]\n"
@@ -219,7 +219,7 @@ TEST_F(SceneSurfaces, AreInNoClearBox) {
         const ClearBox<double> box = box_at(grid, q);
         const double cube = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
         ASSERT_TRUE(cube <= 0 || contains_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
-        // Planes that are parallel to the axes do not have the error of a cell: boxes can extend close to them.
+        // A box can extend closer than a cell to a plane that is perpendicular to a coordinate axis.
         if (ball > 0.3)
             close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
     }
@@ -230,7 +230,7 @@ TEST_F(SceneSurfaces, AreInNoClearBox) {
     }
 }
 
-// Between a wide floor and a wide ceiling, clear boxes must extend from one to the other and far to the sides.
+// Between a wide floor and a wide ceiling, clear boxes must extend from the floor to the ceiling and far to the sides.
 TEST_F(SceneSurfaces, LeaveWideClearBoxesInAFlatScene) {
     const SceneGeometry geometry(
         load(head +
@@ -256,7 +256,7 @@ TEST_F(SceneSurfaces, LeaveWideClearBoxesInAFlatScene) {
     EXPECT_GT(wide, 19000);
 }
 
-/// Returns an OBJ file with random vertices. A triangle begins `step` vertices after the previous triangle.
+/// Returns an OBJ file with random vertices. Triangle n consists of the vertices n·step, n·step + 1 and n·step + 2.
 std::string random_mesh(std::mt19937& random, int vertices, int step) {
     std::uniform_real_distribution<double> coordinate(-1, 1);
     std::string text;

@@ -1,4 +1,4 @@
-// Tests of mesh files: broken files must be refused, also those that the importer Assimp accepts.
+// Tests of mesh files: broken files must be refused, also if the importer Assimp accepts them.
 #include "geometry/mesh.h"
 #include "tests/support/scene_fixture.h"
 
@@ -15,10 +15,10 @@ std::string ply(int vertices, int faces, const std::string& body) {
            "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 
-/// Returns a PLY file whose first word is in capital letters, which Assimp accepts too.
+/// Returns the PLY file with its first word in capital letters, which Assimp accepts too.
 std::string with_capital_letters(std::string ply) { return "PLY " + ply.substr(3); }
 
-/// Returns a PLY file whose header declares a number after the list of each face.
+/// Returns the PLY file with a header that declares a number after the vertex list of each face.
 std::string with_second_property(std::string ply) {
     return ply.insert(ply.find("end_header"), "property int second\n");
 }

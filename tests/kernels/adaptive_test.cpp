@@ -1,5 +1,5 @@
-// Adaptive methods: a smaller tolerance gives a smaller error, and each lane is accepted or rejected independently of
-// the other lanes.
+// Tests of adaptive methods. A smaller tolerance must give a smaller error. The step of each lane must be accepted or
+// rejected independently of the other lanes.
 #include "tests/support/greatest.h"
 #include "tests/kernels/steps.h"
 
@@ -34,13 +34,13 @@ Path integrate(const Method& method, bool rescaled, int ray, double tolerance) {
     steps.state.options.tolerance = tolerance;
     steps.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / 2);
     Path path;
-    double left = path_length<H>;
-    while (left > 0 && path.accepted + path.rejected < 10000) {
-        const bool last = steps.state.h >= left;
-        if (last) steps.state.h = left;
+    double remaining = path_length<H>;
+    while (remaining > 0 && path.accepted + path.rejected < 10000) {
+        const bool last = steps.state.h >= remaining;
+        if (last) steps.state.h = remaining;
         steps.step();
         if (steps.state.accepted) {
-            left = last ? 0 : left - steps.state.h;
+            remaining = last ? 0 : remaining - steps.state.h;
             steps.state.start = steps.state.end;
             ++path.accepted;
         } else {
@@ -51,25 +51,25 @@ Path integrate(const Method& method, bool rescaled, int ray, double tolerance) {
         steps.state.h = steps.state.suggested_length;
     }
     path.end = steps.state.start;
-    EXPECT_EQ(left, 0) << "The path is not complete after 10000 steps.";
+    EXPECT_EQ(remaining, 0) << "The path is not complete after 10000 steps.";
     return path;
 }
 
-/// Returns the end of the same path by a collocation method of order 12 with 64 steps.
+/// Returns the end of the path of a bent ray, computed by a collocation method of order 12 with 64 steps.
 template <class H>
 State<double> reference(bool rescaled, int ray) {
     constexpr int steps = 64;
-    auto exact = Steps<double>::in<H>(method_named("gauss12"), rescaled);
-    exact.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / steps);
-    exact.advance(steps);
-    return exact.state.end;
+    auto stepper = Steps<double>::in<H>(method_named("gauss12"), rescaled);
+    stepper.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / steps);
+    stepper.advance(steps);
+    return stepper.state.end;
 }
 
 TYPED_TEST(AdaptiveMethods, ErrorDecreasesWithTheTolerance) {
     using H = TypeParam;
     for_adaptive_methods<H>([](const Method& method, bool rescaled) {
-        double before = 1;
-        int steps_before = 0;
+        double previous_error = 1;
+        int previous_steps = 0;
         for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
             double error = 0;
             int steps = 0;
@@ -82,31 +82,31 @@ TYPED_TEST(AdaptiveMethods, ErrorDecreasesWithTheTolerance) {
             }
             // The error is at most the sum of the local errors, which the flow magnifies by less than 10.
             EXPECT_LE(error, 10 * steps * tolerance + 1e4 * machine_epsilon<double>) << "tolerance " << tolerance;
-            // The error must decrease, unless it is far below the tolerance. There it varies irregularly, because the
-            // error estimate has a lower order than the step.
-            EXPECT_LE(error, std::max(before, 0.01 * tolerance) + 1e4 * machine_epsilon<double>)
+            // The error must decrease, unless it is far below the tolerance. Such small errors vary irregularly,
+            // because the error estimate has a lower order than the step.
+            EXPECT_LE(error, std::max(previous_error, 0.01 * tolerance) + 1e4 * machine_epsilon<double>)
                 << "tolerance " << tolerance;
-            EXPECT_GE(steps, steps_before) << "tolerance " << tolerance;
-            before = error;
-            steps_before = steps;
+            EXPECT_GE(steps, previous_steps) << "tolerance " << tolerance;
+            previous_error = error;
+            previous_steps = steps;
         }
     });
 }
 
 /// Performs one step of a packet whose lanes have very different step lengths. Expects that each lane is accepted or
-/// rejected, and obtains the same suggested length, as in a scalar step.
+/// rejected in the same way, and gets the same suggested length, as in a scalar step of this length.
 template <class H, class V>
 void expect_independent_lanes() {
     using S = ScalarOf<V>;
     const State<S> start = state_of<S>(bent_ray<H>());
-    State<V> all;
-    for (int k = 0; k < 7; ++k) all.y[k] = V(start.y[k]);
+    State<V> packet_start;
+    for (int k = 0; k < 7; ++k) packet_start.y[k] = V(start.y[k]);
     V h;
     for (int i = 0; i < lane_count<V>; ++i) set_lane(h, i, S(path_length<H> * std::ldexp(1.5, -i)));
     for_adaptive_methods<H>([&](const Method& method, bool rescaled) {
         auto packet = Steps<V>::template in<H>(method, rescaled);
         packet.state.options.tolerance = S(1e-4);
-        packet.begin(all, h);
+        packet.begin(packet_start, h);
         packet.step();
         const std::uint64_t accepted = to_bits(packet.state.accepted);
         for (int i = 0; i < lane_count<V>; ++i) {

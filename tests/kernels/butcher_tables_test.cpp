@@ -21,19 +21,19 @@ struct Tree {
     double density;             ///< γ(t): the product of the orders of the tree and of all its subtrees.
 };
 
-/// Appends all trees with `order` nodes that contain the given branches. Their further branches have `left` nodes in
-/// total, and indices of at most `greatest`.
-void add_trees(std::vector<Tree>& trees, std::vector<int>& branches, int order, int left, int greatest) {
-    if (left == 0) {
+/// Appends all trees with `order` nodes whose branches are the given ones and further ones. The further branches have
+/// `remaining` nodes in total, and indices of at most `greatest_index`.
+void add_trees(std::vector<Tree>& trees, std::vector<int>& branches, int order, int remaining, int greatest_index) {
+    if (remaining == 0) {
         double density = order;
         for (const int branch : branches) density *= trees[branch].density;
         trees.push_back({branches, order, density});
         return;
     }
-    for (int branch = greatest; branch >= 0; --branch) {
-        if (trees[branch].order > left) continue;
+    for (int branch = greatest_index; branch >= 0; --branch) {
+        if (trees[branch].order > remaining) continue;
         branches.push_back(branch);
-        add_trees(trees, branches, order, left - trees[branch].order, branch);
+        add_trees(trees, branches, order, remaining - trees[branch].order, branch);
         branches.pop_back();
     }
 }
@@ -50,7 +50,7 @@ const std::vector<Tree>& all_trees() {
     return trees;
 }
 
-// The numbers of unlabelled rooted trees with 1 to 10 nodes, first counted by Cayley.
+// The expected numbers are those of unlabelled rooted trees with 1 to 10 nodes, which Cayley was the first to count.
 TEST(ButcherTables, NumberOfRootedTreesMatchesCayley) {
     int count[highest_order + 1] = {};
     for (const Tree& tree : all_trees()) ++count[tree.order];
@@ -58,7 +58,7 @@ TEST(ButcherTables, NumberOfRootedTreesMatchesCayley) {
     for (int order = 1; order <= highest_order; ++order) EXPECT_EQ(count[order], expected[order]);
 }
 
-/// Returns, for each order, the greatest residual of its conditions.
+/// Returns, for each order, the greatest residual of the conditions of this order.
 std::vector<double> residuals(const ButcherTable& table, const double* weights) {
     std::vector<std::vector<double>> phi;  // Φ_i(t) for every tree t and stage i
     std::vector<double> worst(highest_order + 1);
@@ -77,16 +77,16 @@ std::vector<double> residuals(const ButcherTable& table, const double* weights) 
     return worst;
 }
 
-/// Bound on the residual that roundings of the coefficients leave in a condition.
-constexpr double rounding = 2e-14;
+/// Bound on the residual of a condition that is caused by the rounding of the coefficients.
+constexpr double rounding_residual = 2e-14;
 
 void expect_order(const ButcherTable& table, const double* weights, int order, const char* method) {
     const std::vector<double> worst = residuals(table, weights);
-    for (int n = 1; n <= order; ++n) EXPECT_LE(worst[n], rounding) << method << ", order " << n;
+    for (int n = 1; n <= order; ++n) EXPECT_LE(worst[n], rounding_residual) << method << ", order " << n;
     EXPECT_GE(worst[order + 1], 1e-6) << method << " has a higher order than the table states.";
 }
 
-// The weights of the step, and for adaptive methods those of the embedded method.
+// Tests the weights of each method and, if the method is adaptive, the weights of the embedded method.
 TEST(ButcherTables, SatisfyOrderConditionsExactlyUpToTheStatedOrder) {
     int tables = 0;
     for (const Method& method : methods) {

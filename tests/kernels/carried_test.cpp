@@ -1,5 +1,6 @@
-// Carried quantities besides λ. Every stepper integrates them with the order of its method, and they change neither the
-// state nor λ. The reference values are closed forms along rays that are integrated in quadruple precision.
+// Tests of carried quantities besides λ. Every stepper must integrate them with the order of its method. Their presence
+// must change neither the state nor λ. The reference values are closed forms at the ends of rays that are integrated in
+// quadruple precision.
 #include "tests/kernels/steps.h"
 
 #include "kernels/comparison/stages_in_lanes.h"
@@ -14,7 +15,8 @@ using hamiltonians::Fisheye, hamiltonians::Schwarzschild;
 
 /// Number of carried quantities: λ and two others.
 constexpr int carried_quantities = 3;
-using Values = std::array<Quad, carried_quantities>;
+/// One value for each carried quantity; the first is λ.
+using CarriedValues = std::array<Quad, carried_quantities>;
 
 /// Maxwell's fisheye with two carried quantities: the optical path ∫ N² dτ, and the change of q·p, which is
 /// ∫ (N² − q·∂K/∂q) dτ. On H = 0 both rates are functions of q alone.
@@ -27,23 +29,25 @@ struct FisheyeWithPaths : System<Fisheye, false, S> {
     template <class V>
     KAGERO_INLINE void carried_rates(const State<V>& s, V* rates) const {
         rates[0] = Fisheye::index_squared(this->template parameters<V>(), s.q());
-        rates[1] = rates[0] - dot(s.q(), this->dq(s));
+        rates[1] = rates[0] - dot(s.q(), this->gradient_q(s));
     }
-    /// Returns the carried quantities of a ray from a to b; the element for λ is 0. Stereographic projection maps rays
-    /// to great circles. The optical path is n0 R/2 times the angle on the sphere (R: radius of the fisheye).
-    static Values closed_form(const State<Quad>& a, const State<Quad>& b) {
+    /// Returns the carried quantities of a ray from a to b; the element for λ is 0. Stereographic projection maps the
+    /// rays of the fisheye to great circles. The optical path is n0 R/2 times the angle between the images of a and b
+    /// on the sphere, where R is the radius of the fisheye.
+    static CarriedValues closed_form(const State<Quad>& a, const State<Quad>& b) {
         const auto k = make_parameters<Fisheye>(default_parameters<Fisheye>().data());
-        const Quad radius2 = Quad(k.radius) * k.radius, step2 = dot(b.q() - a.q(), b.q() - a.q());
-        const Quad sine2 = radius2 * step2 / ((radius2 + dot(a.q(), a.q())) * (radius2 + dot(b.q(), b.q())));
+        const Quad radius2 = Quad(k.radius) * k.radius, distance2 = dot(b.q() - a.q(), b.q() - a.q());
+        const Quad sine2 =  // sin² of half the angle
+            radius2 * distance2 / ((radius2 + dot(a.q(), a.q())) * (radius2 + dot(b.q(), b.q())));
         const Quad angle = 2 * atan2(sqrt(sine2), sqrt(1 - sine2));
         return {0, Quad(k.n0) * k.radius / 2 * angle, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
-    /// Returns the start of a bent ray with H = 0 in quadruple precision.
+    /// Returns the start of bent ray `which`. Its momentum is rescaled so that H = 0 in quadruple precision.
     static State<Quad> start(int which) {
         State<Quad> s = state_of<Quad>(bent_ray<Fisheye>(which));
         const auto k = make_parameters<Fisheye>(default_parameters<Fisheye>().data());
-        const Quad length2 = Fisheye::index_squared<Quad>({k.n0, k.radius}, s.q());
-        s.set(s.q(), sqrt(length2 / dot(s.p(), s.p())) * s.p());
+        const Quad n2 = Fisheye::index_squared<Quad>({k.n0, k.radius}, s.q());
+        s.set(s.q(), sqrt(n2 / dot(s.p(), s.p())) * s.p());
         return s;
     }
 };
@@ -63,7 +67,7 @@ struct WithProducts : System<H, Rescaled, S> {
         rates[1] = dot(s.p(), velocity_in(g)) - dot(s.q(), force_in(g));
     }
     /// Returns the carried quantities of a ray from a to b; the element for λ is 0.
-    static Values closed_form(const State<Quad>& a, const State<Quad>& b) {
+    static CarriedValues closed_form(const State<Quad>& a, const State<Quad>& b) {
         return {0, (dot(b.q(), b.q()) - dot(a.q(), a.q())) / 2, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
     static State<Quad> start(int which) { return state_of<Quad>(bent_ray<H>(which)); }
@@ -74,30 +78,31 @@ using SchwarzschildWithProducts = WithProducts<Schwarzschild, true, S>;
 template <class S>
 using FisheyeWithProducts = WithProducts<Fisheye, false, S>;
 
-/// Performs `steps` steps of length h with N carried quantities. Stops after a step that is not solved.
+/// Performs `steps` steps of length h with N carried quantities. Stops after a step whose equations were not solved.
+/// Returns the stepper state after the last step.
 template <class Stepper, int N, class System, class V>
 StepperState<V, N> integrate(const System& system, const Coefficients& coefficients, const State<V>& start, const V& h,
                              int steps) {
     using S = ScalarOf<V>;
-    StepperState<V, N> f{};
-    static_cast<State<V>&>(f.start) = start;
-    f.h = h;
-    f.options.compute_carried = true;
-    f.options.tolerance = Steps<V>::unlimited_tolerance;
-    f.gradients = f.lane_iterations = V(S(0));
-    for (int k = 0; k < N; ++k) f.start.carried(k) = V(S(0));
+    StepperState<V, N> state{};
+    static_cast<State<V>&>(state.start) = start;
+    state.h = h;
+    state.options.compute_carried = true;
+    state.options.tolerance = Steps<V>::unlimited_tolerance;
+    state.gradients = state.lane_iterations = V(S(0));
+    for (int k = 0; k < N; ++k) state.start.carried(k) = V(S(0));
     for (int i = 0; i < steps; ++i) {
-        if (i > 0) f.start = f.end;
-        f.start.velocity = system.dp(f.start);
-        if (i == 0) Stepper::begin(system, f, coefficients);
-        Stepper::step(system, f, coefficients);
-        if (!(to_bits(f.solved) & 1)) break;
-        f.end.pt() = f.start.pt();
+        if (i > 0) state.start = state.end;
+        state.start.velocity = system.gradient_p(state.start);
+        if (i == 0) Stepper::begin(system, state, coefficients);
+        Stepper::step(system, state, coefficients);
+        if (!(to_bits(state.solved) & 1)) break;
+        state.end.pt() = state.start.pt();
     }
-    return f;
+    return state;
 }
 
-/// Calls check.operator()<Stepper>(method) for the methods that support a system.
+/// Calls check.operator()<Stepper>(method) for each method whose stepper supports the type `System`.
 template <class System, class Check>
 void for_all_steppers(const Check& check) {
     for (const Method& method : methods) {
@@ -108,31 +113,31 @@ void for_all_steppers(const Check& check) {
     }
 }
 
-/// Returns the exact carried quantities at the end of the path of a bent ray. The end state and λ are computed by a
-/// collocation method of order 16 that carries no other quantity.
+/// Returns the exact carried quantities at the end of the path of bent ray `which`. The state and λ at the end are
+/// computed by a collocation method of order 16 that carries no further quantity.
 template <class System, class H>
-Values expected(int which) {
+CarriedValues expected(int which) {
     const auto parameters = default_parameters<H>();
     const kagero::System<H, System::rescaled, Quad> plain(parameters.data());
     constexpr int steps = 64;
     const State<Quad> start = System::start(which);
     const Quad h = Quad(path_length<H>) / steps;
-    const auto f = integrate<Gauss<0>, 1>(plain, {.gauss = &gauss_tableau<8>}, start, h, steps);
-    EXPECT_TRUE(f.solved);
-    Values values = System::closed_form(start, f.end);
-    values[0] = f.end.parameter;
+    const auto state = integrate<Gauss<0>, 1>(plain, {.gauss = &gauss_tableau<8>}, start, h, steps);
+    EXPECT_TRUE(state.solved);
+    CarriedValues values = System::closed_form(start, state.end);
+    values[0] = state.end.parameter;
     return values;
 }
 
 /// An error, and the number of steps with which it was measured.
-struct Point {
+struct Measurement {
     double steps, error;
 };
-/// Returns the slope of −log error over log steps, by least squares.
-double slope(const Point* first, const Point* last) {
+/// Returns the order that the errors imply: the slope of −log(error) over log(steps), by least squares.
+double fitted_order(const Measurement* first, const Measurement* last) {
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
     const double n = double(last - first);
-    for (const Point* p = first; p != last; ++p) {
+    for (const Measurement* p = first; p != last; ++p) {
         const double x = std::log(p->steps), y = -std::log(p->error);
         sx += x;
         sy += y;
@@ -142,69 +147,70 @@ double slope(const Point* first, const Point* last) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// Returns the errors of each quantity for several numbers of steps, summed over the bent rays. Leaves out errors below
-/// the rounding level, and numbers of steps with which a step is not solved.
+/// Returns the errors of each carried quantity for several numbers of steps, summed over the bent rays. Leaves out
+/// errors below the rounding level, and numbers of steps for which the equations of a step were not solved.
 template <class Stepper, class System, class H>
-std::array<std::vector<Point>, carried_quantities> errors(const Method& method) {
-    static const Values exact[] = {expected<System, H>(0), expected<System, H>(1), expected<System, H>(2)};
+std::array<std::vector<Measurement>, carried_quantities> errors(const Method& method) {
+    static const CarriedValues exact[] = {expected<System, H>(0), expected<System, H>(1), expected<System, H>(2)};
     static_assert(std::size(exact) == bent_ray_count);
     const auto parameters = default_parameters<H>();
     const System system(parameters.data());
-    const int order = int(method.info.order), finest = order <= 2 ? 256 : order <= 5 ? 128 : order <= 8 ? 48 : 24;
+    const int order = int(method.info.order), most_steps = order <= 2 ? 256 : order <= 5 ? 128 : order <= 8 ? 48 : 24;
     const double rounding = 100 * std::max(coefficient_epsilon<Quad>(method), 1e-31);
-    std::array<std::vector<Point>, carried_quantities> points;
-    for (int coarse = 4; coarse <= finest; coarse *= 2) {
+    std::array<std::vector<Measurement>, carried_quantities> measurements;
+    for (int coarse = 4; coarse <= most_steps; coarse *= 2) {
         for (const int steps : {coarse, coarse + coarse / 2}) {
             double sum[carried_quantities] = {};
             bool solved = true;
             for (int ray = 0; ray < bent_ray_count; ++ray) {
                 const Quad h = Quad(path_length<H>) / steps;
                 const State<Quad> start = System::start(ray);
-                const auto f = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, steps);
-                solved = solved && f.solved;
-                for (int k = 0; k < carried_quantities; ++k) sum[k] += double(abs(f.end.carried(k) - exact[ray][k]));
+                const auto state = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, steps);
+                solved = solved && state.solved;
+                for (int k = 0; k < carried_quantities; ++k)
+                    sum[k] += double(abs(state.end.carried(k) - exact[ray][k]));
             }
             for (int k = 0; k < carried_quantities; ++k)
-                if (solved && sum[k] > rounding) points[k].push_back({double(steps), sum[k]});
+                if (solved && sum[k] > rounding) measurements[k].push_back({double(steps), sum[k]});
         }
     }
-    return points;
+    return measurements;
 }
 
-/// Fits the order of the errors of each quantity, once to the three smallest step sizes and once to all. Expects that
-/// the greater of both is not below the order of the method by more than 0.6, or 1.5 for orders of 8 and above. For
-/// orders below 9, the least fitted order of all quantities must not exceed the order of the method by more than 1.6.
+/// Fits two orders to the errors of each quantity: one to the three smallest step sizes, one to all step sizes. The
+/// greater one must not be below the order of the method by more than 0.6, or 1.5 for methods of order 8 and above. For
+/// methods of order below 9, the least order of the quantities must not exceed that of the method by more than 1.6.
 template <class System, class H>
 void expect_order() {
-    int kinds = 0;
+    int tested_kinds = 0;  // one bit per StepperKind
     for_all_steppers<System>([&]<class Stepper>(const Method& method) {
-        kinds |= 1 << int(method.kind);
-        const auto all = errors<Stepper, System, H>(method);
+        tested_kinds |= 1 << int(method.kind);
+        const auto measurements = errors<Stepper, System, H>(method);
         const double order = method.info.order;
-        double least = std::numeric_limits<double>::infinity();
+        double least_order = std::numeric_limits<double>::infinity();
         for (int quantity = System::rescaled ? 0 : 1; quantity < carried_quantities; ++quantity) {
-            const std::vector<Point>& points = all[quantity];
-            std::string shown = "quantity " + std::to_string(quantity);
-            for (const Point& p : points)
-                shown += ", " + std::to_string(int(p.steps)) + ": " + std::to_string(std::log10(p.error));
-            SCOPED_TRACE(shown);  // log10 of the errors
+            const std::vector<Measurement>& points = measurements[quantity];
+            std::string description = "quantity " + std::to_string(quantity) + ", steps: log10(error)";
+            for (const Measurement& p : points)
+                description += ", " + std::to_string(int(p.steps)) + ": " + std::to_string(std::log10(p.error));
+            SCOPED_TRACE(description);
             // The errors of explicit methods of high order reach the rounding level of their coefficients after a few
             // step sizes, so that too few points remain for a fit.
             if (order >= 8 && !method.info.symmetric && points.size() < 3) continue;
             ASSERT_GE(points.size(), 3u);
-            const Point* last = points.data() + points.size();
-            const double found = std::max(slope(last - 3, last), slope(points.data(), last));
-            EXPECT_GE(found, order - (order >= 8 ? 1.5 : 0.6));
-            least = std::min(least, found);
+            const Measurement* last = points.data() + points.size();
+            const double fitted = std::max(fitted_order(last - 3, last), fitted_order(points.data(), last));
+            EXPECT_GE(fitted, order - (order >= 8 ? 1.5 : 0.6));
+            least_order = std::min(least_order, fitted);
         }
-        if (std::isfinite(least) && order < 9) {
-            EXPECT_LE(least, order + 1.6) << "The order is higher than the table states.";
+        if (std::isfinite(least_order) && order < 9) {
+            EXPECT_LE(least_order, order + 1.6) << "The order is higher than the table states.";
         }
     });
-    const int generic =
+    const int always_supporting =  // kinds of steppers that support every system with carried quantities
         1 << int(StepperKind::composition) | 1 << int(StepperKind::runge_kutta) |
-                        1 << int(StepperKind::gauss) | 1 << int(StepperKind::gauss_of_4);
-    EXPECT_EQ(kinds, generic | (Nystroem::refusal<System>() ? 0 : 1 << int(StepperKind::nystroem)));
+                        1 << int(StepperKind::gauss) | 1 << int(StepperKind::gauss_4_stages);
+    EXPECT_EQ(tested_kinds, always_supporting | (Nystroem::refusal<System>() ? 0 : 1 << int(StepperKind::nystroem)));
 }
 
 TEST(CarriedQuantities, PositionDependentRatesConvergeWithTheOrderOfTheMethod) {
@@ -218,10 +224,10 @@ TEST(CarriedQuantities, ConvergeWithTheOrderOfTheMethodUnderTimeRescaling) {
     expect_order<SchwarzschildWithProducts<Quad>, Schwarzschild>();
 }
 
-/// Expects that state and λ are the same with further carried quantities and without, bit for bit. Without time
-/// rescaling λ must be equal to τ.
+/// Expects that state and λ at the end of a step are the same in `System` and in `Plain`, bit for bit. `Plain` is the
+/// same system without further carried quantities. Without time rescaling λ must be equal to τ.
 template <class System, class Plain, class H>
-void expect_nothing_else_changes() {
+void expect_same_state_and_parameter() {
     const auto parameters = default_parameters<H>();
     const System system(parameters.data());
     const Plain plain(parameters.data());
@@ -239,13 +245,13 @@ void expect_nothing_else_changes() {
     });
 }
 TEST(CarriedQuantities, DoNotChangeStateOrParameter) {
-    expect_nothing_else_changes<FisheyeWithProducts<double>, System<Fisheye, false, double>, Fisheye>();
-    expect_nothing_else_changes<SchwarzschildWithProducts<double>, System<Schwarzschild, true, double>,
+    expect_same_state_and_parameter<FisheyeWithProducts<double>, System<Fisheye, false, double>, Fisheye>();
+    expect_same_state_and_parameter<SchwarzschildWithProducts<double>, System<Schwarzschild, true, double>,
                                 Schwarzschild>();
 }
 
-// Carried quantities of the same ray by three strategies, compared bit for bit: scalar steps, a lane of a packet, and
-// one ray with its stages in the lanes.
+// Compares the carried quantities of one ray bit for bit between scalar steps, a lane of a packet, and steps whose
+// stages are computed in the lanes.
 TEST(CarriedQuantities, AreEqualInScalarsPacketsAndStagesInLanes) {
     const auto parameters = default_parameters<Schwarzschild>();
     const SchwarzschildWithProducts<double> system(parameters.data());
@@ -261,14 +267,14 @@ TEST(CarriedQuantities, AreEqualInScalarsPacketsAndStagesInLanes) {
         for (int k = 0; k < carried_quantities; ++k)
             EXPECT_EQ(scalar.end.carried(k), get_lane(packet.end.carried(k), 1)) << k;
         if constexpr (Stepper::family == MethodFamily::gauss) {
-            const auto stages =
+            const auto in_lanes =
                 integrate<StagesInLanes<0>, carried_quantities>(system, method.coefficients, start, h, 2);
-            for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(scalar.end.carried(k), stages.end.carried(k)) << k;
+            for (int k = 0; k < carried_quantities; ++k) EXPECT_EQ(scalar.end.carried(k), in_lanes.end.carried(k)) << k;
         }
     });
 }
 
-// A step in a called system is compared with the same step in the system itself, whose functions are inlined.
+// Steps in a called system are compared with the same steps in the system itself, whose functions are inlined.
 TEST(CarriedQuantities, AreEqualInCalledAndInlineSystems) {
     using HoleWithProducts = WithProducts<Schwarzschild, false, double>;
     static_assert(HoleWithProducts::called);
@@ -292,18 +298,18 @@ TEST(CarriedQuantities, KeepTheirValuesWhenNotRequested) {
     const SchwarzschildWithProducts<double> system(parameters.data());
     for_all_steppers<SchwarzschildWithProducts<double>>([&]<class Stepper>(const Method& method) {
         const auto start = state_of<double>(bent_ray<Schwarzschild>());
-        auto f = integrate<Stepper, carried_quantities>(system, method.coefficients, start, 0.125, 1);
-        f.options.compute_carried = false;
-        f.start.carried(1) = 3;
-        f.start.carried(2) = -5;
-        Stepper::step(system, f, method.coefficients);
-        EXPECT_EQ(f.end.carried(1), 3);
-        EXPECT_EQ(f.end.carried(2), -5);
+        auto state = integrate<Stepper, carried_quantities>(system, method.coefficients, start, 0.125, 1);
+        state.options.compute_carried = false;
+        state.start.carried(1) = 3;
+        state.start.carried(2) = -5;
+        Stepper::step(system, state, method.coefficients);
+        EXPECT_EQ(state.end.carried(1), 3);
+        EXPECT_EQ(state.end.carried(2), -5);
     });
 }
 
-// The orbit stepper, the exact split and the printed recipe have no nodes at which rates could be evaluated. Nyström
-// methods do not compute the momentum at their nodes, so that they support only rates that depend on position alone.
+// The steppers Orbit, ExactSplit and Recipe support no carried quantity besides λ. Nyström methods do not compute the
+// momentum at their nodes, so that they support only rates that depend on position alone.
 TEST(CarriedQuantities, AreRefusedByMethodsThatCannotIntegrateThem) {
     using Hole = System<Schwarzschild, false, double>;
     using HoleWithProducts = WithProducts<Schwarzschild, false, double>;

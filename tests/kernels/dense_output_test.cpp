@@ -1,4 +1,5 @@
-// The order of dense output inside a step, measured against steps of order 16 that end at the same points.
+// Measures the order of dense output inside a step. The reference at a point inside the step is the end of a shorter
+// step of order 16.
 #include "tests/kernels/steps.h"
 
 #include <algorithm>
@@ -20,13 +21,12 @@ Steps<Quad> one_step(const std::string& method, bool rescaled, int ray, Quad h) 
     return run;
 }
 
-/// Error of the dense output of one step, summed over three points inside the step and over the bent rays, and the
-/// length of the step, summed over the bent rays.
+/// The error of dense output, summed over three points inside a step and over the bent rays. Also the length of the
+/// step, summed over the bent rays.
 struct CurveError {
     double error = 0, length = 0;
 };
-/// Returns the error of the curves of steps of length h. The reference at each point is the end of a shorter step of a
-/// method of order 16.
+/// Returns the error of the dense output `curve_of(state)` inside a step of length h from the start of each bent ray.
 template <class H, class CurveOf>
 CurveError error_inside(const std::string& method, bool rescaled, Quad h, const CurveOf& curve_of) {
     CurveError sum;
@@ -71,8 +71,8 @@ TYPED_TEST(DenseOutput, CollocationPolynomialHasOrderStagesPlusOne) {
     });
 }
 
-// Dense output of all other methods. The ends of the step are computed by a method of order 16, so that only the error
-// of the interpolation remains.
+// Cubic Hermite interpolation is the dense output of all other methods. The ends of the step are computed by a method
+// of order 16, so that only the error of the interpolation remains.
 TYPED_TEST(DenseOutput, CubicHermiteHasOrderFour) {
     for (const bool rescaled : rescalings<TypeParam>())
         expect_order<TypeParam>("gauss16", 4, rescaled,

@@ -1,4 +1,4 @@
-// The tracing loop with events that are defined in this test, in the space `gradient`. The rays of that space are exact
+// Tests the tracing loop with events that are defined in this file, in the space `gradient`. The rays of this space are
 // parabolas, q = q0 + p0 τ − ẑ g τ²/4, so that all ends are known in closed form.
 #include "tests/kernels/spaces.h"
 
@@ -15,6 +15,7 @@
 namespace kagero::test {
 namespace {
 
+/// The x coordinates of the planes, and the parameter g of the space.
 constexpr double far_plane = 2.5, near_plane = 2.0, mirror_plane = -1.5, gradient_g = 0.1,
                  infinity = std::numeric_limits<double>::infinity();
 bool near_plane_exists, mirror_exists;  // set by each test
@@ -46,7 +47,7 @@ struct Mirror : ValueEvent<Mirror> {
     static void resume(const Task<V>&, RayState<V>& at) { at.y[component_px] = -at.y[component_px]; }
 };
 
-/// The event list of the program with the planes added.
+/// A list of events, preceded by the events of this file.
 template <class List>
 struct WithPlanes;
 template <class... Event>
@@ -55,6 +56,7 @@ struct WithPlanes<EventList<Event...>> {
 };
 using TestEvents = WithPlanes<AllEvents>::type;
 
+/// Returns the index of an integrator in the module; throws if there is none with this name.
 std::uint32_t integrator_named(const std::string& name) {
     const Module& module = *kagero_kernels();
     for (std::uint32_t i = 0; i < module.integrator_count; ++i)
@@ -123,7 +125,7 @@ protected:
 
 TEST_P(PlaneEvents, RaysEndOnThePlane) {
     const std::vector<RayStart> rays = rays_along_x(1);
-    for (const double step : {0.05, 0.7, 9.0}) {  // with the last one, the first step crosses the plane
+    for (const double step : {0.05, 0.7, 9.0}) {  // with the step 9.0, the first step crosses the plane
         SCOPED_TRACE(step);
         const std::vector<RayEnd> ends = trace_rays<PacketDouble>(rays, GetParam(), step, infinity);
         for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -135,7 +137,7 @@ TEST_P(PlaneEvents, RaysEndOnThePlane) {
 }
 
 TEST_P(PlaneEvents, EarliestEventOfAStepEndsTheRay) {
-    near_plane_exists = true;  // nearer to the start than FarPlane, but after it in the list
+    near_plane_exists = true;  // NearPlane is nearer to the starts, but FarPlane precedes it in the list
     const std::vector<RayStart> rays = rays_along_x(1);
     for (const double step : {0.05, 9.0}) {
         SCOPED_TRACE(step);
@@ -154,25 +156,25 @@ TEST_P(PlaneEvents, RaysContinueAfterReflection) {
     for (const double step : {0.05, 0.7}) {
         SCOPED_TRACE(step);
         const std::vector<RayEnd> ends = trace_rays<PacketDouble>(rays, GetParam(), step, length);
-        int ended = 0;
+        int at_far_plane = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const double to_mirror = (mirror_plane - rays[i].q[0]) / rays[i].p[0],
                          to_plane = to_mirror + (far_plane - mirror_plane) / -rays[i].p[0];
-            ended += to_plane < length;
+            at_far_plane += to_plane < length;
             ASSERT_EQ(ends[i].status, to_plane < length ? Status::escaped : Status::step_limit) << i;
             expect_on_parabola(rays[i], ends[i], std::min(to_plane, length), to_mirror < length);
         }
-        EXPECT_GT(ended, 10);
-        EXPECT_LT(ended, 65);
+        EXPECT_GT(at_far_plane, 10);
+        EXPECT_LT(at_far_plane, 65);
     }
 }
 
-// The ends of rays in packets are compared with the ends of the same rays, traced one at a time.
+// The ends of rays that are traced in packets are compared with the ends of the same rays, traced one at a time.
 TEST_P(PlaneEvents, ResultsDoNotDependOnOtherRaysOfThePacket) {
     near_plane_exists = mirror_exists = true;
     std::vector<RayStart> rays = rays_along_x(1);
-    const std::vector<RayStart> others = rays_along_x(-1);
-    rays.insert(rays.begin() + 30, others.begin(), others.end());
+    const std::vector<RayStart> reversed_rays = rays_along_x(-1);
+    rays.insert(rays.begin() + 30, reversed_rays.begin(), reversed_rays.end());
     const std::vector<RayEnd> packets = trace_rays<PacketDouble>(rays, GetParam(), 0.3, 6);
     std::set<Status> statuses;
     for (std::size_t i = 0; i < rays.size(); ++i) {

@@ -1,6 +1,7 @@
-// Three formulations of the motion of rays, each derived from the same H by automatic differentiation. They are
+// Compares three formulations of the motion of rays, which are derived from the same H by automatic differentiation:
 // Hamilton's equations (Satoh 2003, eq. 7), the geodesic equation with Christoffel symbols (eq. 6), and the ray
-// equation of a refracting medium (eq. 5). All must give the same acceleration of a ray.
+// equation of a refracting medium (eq. 5). All formulations must give the same acceleration of a
+// ray.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/observers/observers.h"
@@ -24,22 +25,22 @@ T energy_at(const std::array<T, 3>& q, const std::array<T, 4>& p) {
 }
 
 /// A value with its derivatives with respect to position.
-using First = Dual<double, 3>;
+using PositionDual = Dual<double, 3>;
 
 /// Returns d²q/dλ² by Hamilton's equations: ∂²H/∂p∂q · q̇ + ∂²H/∂p∂p · ṗ.
 template <class H>
 std::array<double, 3> by_hamilton(const RayStart& ray) {
-    using Inner = Dual<double, 6>;
-    using Outer = Dual<Inner, 6>;
-    std::array<Outer, 3> q;
-    std::array<Outer, 4> p;
-    const auto variable = [](double x, int i) { return Outer::variable(Inner::variable(x, i), i); };
+    using PhaseDual = Dual<double, 6>;
+    using SecondPhaseDual = Dual<PhaseDual, 6>;
+    std::array<SecondPhaseDual, 3> q;
+    std::array<SecondPhaseDual, 4> p;
+    const auto variable = [](double x, int i) { return SecondPhaseDual::variable(PhaseDual::variable(x, i), i); };
     for (int i = 0; i < 3; ++i) {
         q[i] = variable(ray.q[i], i);
         p[i] = variable(ray.p[i], 3 + i);
     }
-    p[3] = Outer(ray.pt);
-    const Outer h = energy_at<H>(q, p);
+    p[3] = SecondPhaseDual(ray.pt);
+    const SecondPhaseDual h = energy_at<H>(q, p);
     std::array<double, 3> acceleration{};
     for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) {
@@ -51,57 +52,58 @@ std::array<double, 3> by_hamilton(const RayStart& ray) {
 
 /// Returns the inverse metric ∂²H/∂p_a∂p_b with its derivatives with respect to position.
 template <class H>
-std::array<std::array<First, 4>, 4> inverse_metric(const RayStart& ray) {
-    using Second = Dual<First, 4>;
-    using Third = Dual<Second, 4>;
-    std::array<Third, 3> q;
-    std::array<Third, 4> p;
-    for (int i = 0; i < 3; ++i) q[i] = Third(Second(First::variable(ray.q[i], i)));
+std::array<std::array<PositionDual, 4>, 4> inverse_metric(const RayStart& ray) {
+    using MomentumDual = Dual<PositionDual, 4>;
+    using SecondMomentumDual = Dual<MomentumDual, 4>;
+    std::array<SecondMomentumDual, 3> q;
+    std::array<SecondMomentumDual, 4> p;
+    for (int i = 0; i < 3; ++i) q[i] = SecondMomentumDual(MomentumDual(PositionDual::variable(ray.q[i], i)));
     for (int a = 0; a < 4; ++a) {
-        const First value(a < 3 ? ray.p[a] : ray.pt);
-        p[a] = Third::variable(Second::variable(value, a), a);
+        const PositionDual value(a < 3 ? ray.p[a] : ray.pt);
+        p[a] = SecondMomentumDual::variable(MomentumDual::variable(value, a), a);
     }
-    const Third h = energy_at<H>(q, p);
-    std::array<std::array<First, 4>, 4> g;
+    const SecondMomentumDual h = energy_at<H>(q, p);
+    std::array<std::array<PositionDual, 4>, 4> g;
     for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) g[a][b] = h.derivative[a].derivative[b];
     return g;
 }
 
-/// Returns d²x^a/dλ² = −Γ^a_bc ẋ^b ẋ^c. The metric does not depend on time.
+/// Returns d²x^a/dλ² = −Γ^a_bc ẋ^b ẋ^c for the spatial coordinates. The metric does not depend on time.
 template <class H>
 std::array<double, 3> by_christoffel(const RayStart& ray) {
     const auto inverse_g = inverse_metric<H>(ray);
-    Matrix<4> up;
+    Matrix<4> inverse_g_values;
     for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) up[a][b] = inverse_g[a][b].value;
-    const Matrix<4> g = inverse<4>(up);
-    double slope[4][4][4] = {};  // ∂_c g_ab = −g_am ∂_c g^mn g_nb
+        for (int b = 0; b < 4; ++b) inverse_g_values[a][b] = inverse_g[a][b].value;
+    const Matrix<4> g = inverse<4>(inverse_g_values);
+    double dg[4][4][4] = {};  // dg[c][a][b] = ∂_c g_ab = −g_am ∂_c g^mn g_nb
     for (int c = 0; c < 3; ++c)
         for (int a = 0; a < 4; ++a)
             for (int b = 0; b < 4; ++b)
                 for (int m = 0; m < 4; ++m)
-                    for (int n = 0; n < 4; ++n) slope[c][a][b] -= g[a][m] * inverse_g[m][n].derivative[c] * g[n][b];
+                    for (int n = 0; n < 4; ++n) dg[c][a][b] -= g[a][m] * inverse_g[m][n].derivative[c] * g[n][b];
     double v[4] = {};
     for (int a = 0; a < 4; ++a)
-        for (int b = 0; b < 4; ++b) v[a] += up[a][b] * (b < 3 ? ray.p[b] : ray.pt);
+        for (int b = 0; b < 4; ++b) v[a] += inverse_g_values[a][b] * (b < 3 ? ray.p[b] : ray.pt);
     std::array<double, 3> acceleration{};
     for (int a = 0; a < 3; ++a)
         for (int d = 0; d < 4; ++d)
             for (int b = 0; b < 4; ++b)
                 for (int c = 0; c < 4; ++c)
                     acceleration[a] -=
-                        0.5 * up[a][d] * (slope[b][d][c] + slope[c][d][b] - slope[d][b][c]) * v[b] * v[c];
+                        0.5 * inverse_g_values[a][d] * (dg[b][d][c] + dg[c][d][b] - dg[d][b][c]) * v[b] * v[c];
     return acceleration;
 }
 
-/// Returns d²r/dσ² by the ray equation d/ds (N dr/ds) = ∇N. With the parameter dσ = ds/N it is d²r/dσ² = ½ ∇N², and
-/// N² = −2 H at p = 0.
+/// Returns d²r/dσ² by the ray equation d/ds (N dr/ds) = ∇N. With dσ = ds/N, this equation becomes d²r/dσ² = ½ ∇N²,
+/// where N² = −2 H at p = 0.
 template <class H>
 std::array<double, 3> by_refraction(const RayStart& ray) {
-    std::array<First, 3> q;
-    for (int i = 0; i < 3; ++i) q[i] = First::variable(ray.q[i], i);
-    const First h = energy_at<H>(q, std::array<First, 4>{First(0), First(0), First(0), First(0)});
+    std::array<PositionDual, 3> q;
+    for (int i = 0; i < 3; ++i) q[i] = PositionDual::variable(ray.q[i], i);
+    const PositionDual zero(0);
+    const PositionDual h = energy_at<H>(q, std::array<PositionDual, 4>{zero, zero, zero, zero});
     return {-h.derivative[0], -h.derivative[1], -h.derivative[2]};
 }
 

@@ -1,5 +1,5 @@
-// The coefficients of Gauss–Legendre collocation, which are computed at compile time. They are compared with closed
-// forms, and with the equations that define them.
+// Tests of the coefficients of Gauss–Legendre collocation, which are computed at compile time. They are compared with
+// closed forms, and must satisfy the equations that define them.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/integrators/gauss.h"
@@ -7,7 +7,7 @@
 namespace kagero::test {
 namespace {
 
-/// Several rounding errors in quadruple precision.
+/// About 50 rounding errors in quadruple precision.
 constexpr double tolerance = 1e-32;
 
 void expect_near(Quad a, Quad b) { EXPECT_LE(static_cast<double>(abs(a - b)), tolerance); }
@@ -45,7 +45,7 @@ TEST(GaussTable, ThreeStagesMatchThePublishedTable) {
     }
 }
 
-/// Checks the equations that hold for every number of stages s.
+/// Checks the equations that the coefficients of every method satisfy, for s stages.
 template <int s>
 void expect_defining_properties() {
     SCOPED_TRACE(std::to_string(s) + " stages");
@@ -56,8 +56,8 @@ void expect_defining_properties() {
         expect_near(sum, Quad(1) / (n + 1));
     }
     for (int i = 0; i < s; ++i) {
-        // Row i of the matrix integrates xⁿ over [0, c_i] exactly. Row i of the extrapolation returns xⁿ at 1 + c_i,
-        // the node in the next step.
+        // Row i of `a` integrates xⁿ over [0, c_i] exactly. Row i of `extrapolation` returns xⁿ at 1 + c_i, which is
+        // node i of the next step.
         for (int n = 0; n < s; ++n) {
             Quad integral = 0, value = 0;
             for (int j = 0; j < s; ++j) {
@@ -65,8 +65,8 @@ void expect_defining_properties() {
                 value += t.extrapolation[i][j] * power(t.c[j], n);
             }
             expect_near(integral, power(t.c[i], n + 1) / (n + 1));
-            // The weights of the extrapolation are large and alternate in sign, so that the error is relative to the
-            // greatest of them.
+            // The weights in row i of `extrapolation` are large and alternate in sign. The tolerance is therefore
+            // relative to the greatest weight.
             Quad size = 0;
             for (int j = 0; j < s; ++j) size = max(size, abs(t.extrapolation[i][j]));
             EXPECT_LE(static_cast<double>(abs(value - power(1 + t.c[i], n)) / size), tolerance);

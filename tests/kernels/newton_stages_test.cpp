@@ -1,5 +1,5 @@
-// Steps of collocation methods for which fixed-point iteration does not converge. Newton's method must find the
-// solution that continues from the start of the ray as the step length increases from 0.
+// Tests steps of collocation methods that are so long that fixed-point iteration does not converge. Newton's method
+// must find the solution that moves continuously from the start of the step as the step length increases from 0.
 #include "tests/kernels/steps.h"
 
 #include "kernels/hamiltonians/fiber.h"
@@ -38,22 +38,24 @@ void expect_pade(const char* name) {
         SCOPED_TRACE(phase);
         auto steps = Steps<V>::template in<Fiber>(method, false);
         const State<double> start{{0.4, -0.3, 0.1, 0.2, 0.25, 1.2, 0}};
-        State<V> lanes;
-        for (int k = 0; k < 7; ++k) lanes.y[k] = V(S(start.y[k]));
+        State<V> packet_start;
+        for (int k = 0; k < 7; ++k) packet_start.y[k] = V(S(start.y[k]));
         const double h = phase / omega;
-        steps.begin(lanes, V(S(h)));
+        steps.begin(packet_start, V(S(h)));
         steps.step();
         EXPECT_TRUE(to_bits(steps.state.solved) & 1);
-        const std::complex<double> r = pade(stages_of(method), {0, phase});
-        const auto at = [&](int k) { return double(get_lane(steps.state.end.y[k], lane_count<V> - 1)); };
+        const std::complex<double> factor = pade(stages_of(method), {0, phase});
+        const auto component = [&](int k) { return double(get_lane(steps.state.end.y[k], lane_count<V> - 1)); };
         const double rounding = 1e3 * double(machine_epsilon<S>);
         for (int k = 0; k < 2; ++k) {
-            // q + i p/ω rotates clockwise, so that a step multiplies it by the complex conjugate of the approximant.
-            const std::complex<double> end = std::conj(r) * std::complex<double>(start.y[k], start.y[3 + k] / omega);
-            EXPECT_NEAR(at(k), end.real(), rounding);
-            EXPECT_NEAR(at(3 + k), omega * end.imag(), rounding);
+            // The complex number q + i p/ω rotates clockwise, so that a step multiplies it by the complex conjugate of
+            // the approximant.
+            const std::complex<double> amplitude(start.y[k], start.y[3 + k] / omega);
+            const std::complex<double> end = std::conj(factor) * amplitude;
+            EXPECT_NEAR(component(k), end.real(), rounding);
+            EXPECT_NEAR(component(3 + k), omega * end.imag(), rounding);
         }
-        EXPECT_NEAR(at(2), start.y[2] + h * start.y[5], rounding * h);
+        EXPECT_NEAR(component(2), start.y[2] + h * start.y[5], rounding * h);
     }
 }
 
@@ -69,7 +71,7 @@ TEST(NewtonStages, LongStepsOfAnOscillatorMatchThePadeApproximant) {
 /// Result of one step in the fisheye.
 struct LongStep {
     bool solved;
-    bool newton;                ///< True if fixed-point iteration did not converge and Newton's method was used.
+    bool used_newton;           ///< True if fixed-point iteration did not converge and Newton's method was used.
     std::array<double, 6> end;  ///< Position and momentum at the end.
 };
 LongStep long_step(const Method& method, double h) {
@@ -81,25 +83,25 @@ LongStep long_step(const Method& method, double h) {
     return result;
 }
 
-// The step length increases by factors of 1.002. The end of the step must change continuously, because a solution on
-// another branch would be elsewhere. Only gauss4 has steps here that Newton's method solves and fixed-point iteration
-// does not.
+// The step length increases by factors of 1.002. The end of the step must change by a small amount each time; a jump
+// would reveal a solution on another branch. Only gauss4 has steps in this test that Newton's method solves and
+// fixed-point iteration does not.
 TEST(NewtonStages, SolutionIsContinuousInTheStepLength) {
     bool newton_was_used = false;
     for (const char* name : {"gauss4", "gauss8", "gauss16"}) {
         SCOPED_TRACE(name);
         const Method& method = method_named(name);
         constexpr double ratio = 1.002;
-        LongStep last = long_step(method, 0.01);
+        LongStep previous = long_step(method, 0.01);
         for (double h = 0.01 * ratio; h < 10; h *= ratio) {
             const LongStep next = long_step(method, h);
             if (!next.solved) break;
-            newton_was_used = newton_was_used || next.newton;
-            // The change of the step length is (ratio − 1) h. The end moves with the velocity of the ray, which is
-            // below 20 here.
+            newton_was_used = newton_was_used || next.used_newton;
+            // The step length changes by less than (ratio − 1) h. The end of the step moves by this change times the
+            // velocity of the ray, which is below 20.
             for (int k = 0; k < 6; ++k)
-                EXPECT_NEAR(next.end[k], last.end[k], 20 * (ratio - 1) * h) << "h = " << h << ", component " << k;
-            last = next;
+                EXPECT_NEAR(next.end[k], previous.end[k], 20 * (ratio - 1) * h) << "h = " << h << ", component " << k;
+            previous = next;
         }
     }
     EXPECT_TRUE(newton_was_used);

@@ -1,5 +1,6 @@
-// The orders of all methods. The errors of position, momentum, H and λ must decrease with the power of the step size
-// that the table of methods states. The reference is a collocation method of high order in quadruple precision.
+// Measures the orders of all methods. The errors of position, momentum, H and λ must decrease with the power of the
+// step size that the table of methods states. The reference is a collocation method of high order in quadruple
+// precision.
 #include "tests/kernels/steps.h"
 
 #include <algorithm>
@@ -18,13 +19,14 @@ struct PathEnd {
 };
 enum Quantity { position, momentum, energy, parameter, quantities };
 constexpr const char* quantity_names[] = {"position", "momentum", "H", "parameter"};
-/// The error of each quantity.
+/// One error for each Quantity.
 using Errors = std::array<double, quantities>;
 
 /// Length of the path, in radians, for methods whose steps are angles in the orbit plane.
 constexpr double path_angle = 1.2;
 
-/// Integrates a ray over a path. Returns no value if a step was not solved, because it was too long.
+/// Integrates a ray over a path of the given length. Returns no value if the equations of a step were not solved,
+/// because the step was too long.
 template <class H, class V>
 std::optional<PathEnd> integrate(const Method& method, bool rescaled, const RayStart& ray, int steps,
                           Quad length = path_length<H>) {
@@ -41,7 +43,8 @@ std::optional<PathEnd> integrate(const Method& method, bool rescaled, const RayS
     return end;
 }
 
-/// Returns the difference of each quantity, relative to 1 + |value|. For vectors, the greatest components are used.
+/// Returns the difference of each quantity, relative to 1 + |value|. Differences and values of vectors are those of the
+/// greatest component.
 Errors difference(const PathEnd& a, const PathEnd& b) {
     const auto relative = [](const Quad* x, const Quad* y, int n) {
         Quad size = 0, error = 0;
@@ -85,15 +88,15 @@ Errors uncertainty(bool rescaled) {
 }
 
 /// An error, and the number of steps with which it was measured.
-struct Point {
+struct Measurement {
     int steps;
     double error;
 };
-/// Returns the slope of −log error over log steps, by least squares.
-double slope(const std::vector<Point>& points) {
+/// Returns the order that the errors imply: the slope of −log(error) over log(steps), by least squares.
+double fitted_order(const std::vector<Measurement>& points) {
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
     const double n = static_cast<double>(points.size());
-    for (const Point& p : points) {
+    for (const Measurement& p : points) {
         const double x = std::log(p.steps), y = -std::log(p.error);
         sx += x;
         sy += y;
@@ -103,8 +106,8 @@ double slope(const std::vector<Point>& points) {
     return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-/// Returns the errors, summed over the rays, because the error of one ray may happen to be zero. Returns no value if a
-/// step was not solved.
+/// Returns the errors with the given number of steps, summed over the bent rays, because the error of one ray may
+/// happen to be zero. Returns no value if the equations of a step were not solved.
 template <class H, class V>
 std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
     Errors sum{};
@@ -143,17 +146,18 @@ bool is_exact(const Method& method, int order, Motion motion, int quantity) {
     }
 }
 
-/// Returns the greatest number of steps per path for the fit. The error terms of higher order are small there.
-int finest_steps(int order) { return order <= 2 ? 512 : order <= 5 ? 256 : order <= 6 ? 96 : order <= 8 ? 48 : 24; }
+/// Returns the greatest number of steps per path from which the order is fitted. With such short steps, the error terms
+/// of higher order are small.
+int most_steps(int order) { return order <= 2 ? 512 : order <= 5 ? 256 : order <= 6 ? 96 : order <= 8 ? 48 : 24; }
 
 /// Returns the errors that exceed the rounding errors and 100 times the uncertainty of the reference, in order of
 /// increasing number of steps.
 template <class H, class V>
-std::array<std::vector<Point>, quantities> measure(const Method& method, bool rescaled) {
-    std::array<std::vector<Point>, quantities> points;
+std::array<std::vector<Measurement>, quantities> measure(const Method& method, bool rescaled) {
+    std::array<std::vector<Measurement>, quantities> points;
     const Errors reference_error = uncertainty<H>(rescaled);
-    const int finest = finest_steps(order_in<H>(method));
-    for (int coarse = 4; coarse <= finest; coarse *= 2) {
+    const int greatest_number = most_steps(order_in<H>(method));
+    for (int coarse = 4; coarse <= greatest_number; coarse *= 2) {
         for (const int steps : {coarse, coarse + coarse / 2}) {
             const auto e = errors<H, V>(method, rescaled, steps);
             if (!e) continue;
@@ -166,35 +170,35 @@ std::array<std::vector<Point>, quantities> measure(const Method& method, bool re
     return points;
 }
 
-/// Fits the order of each quantity, once to the smallest step sizes and once to all, because error terms of opposite
-/// sign can change the slope. The greater of both must not be below the stated order by more than a tolerance. The
-/// least fitted order of all quantities must not exceed the stated order by more than another tolerance. Symmetric
-/// methods have even orders, so that a tolerance of 1 suffices. Explicit methods of high order have small leading error
-/// coefficients, so that the next order contributes to the fit.
+/// Fits two orders to the errors of each quantity: one to the smallest step sizes and one to all step sizes, because
+/// error terms of opposite sign can change the slope. The greater one must not be below the stated order by more than
+/// `tolerance_below`. The least order of the quantities must not exceed the stated order by more than
+/// `tolerance_above`. Symmetric methods have even orders, so that a tolerance of 1 suffices. Explicit methods of high
+/// order have small leading error coefficients, so that the next order contributes to the fit.
 template <class H, class V>
 void expect_stated_order(const Method& method, bool rescaled) {
     const bool symmetric = symmetric_in<H>(method);
-    const std::size_t fitted = symmetric || std::is_same_v<V, Quad> ? 3 : 5;
-    // Explicit methods of order 8 reach the uncertainty of the reference after three or four step sizes. Their fit is
-    // less accurate.
+    const std::size_t fitted_points = symmetric || std::is_same_v<V, Quad> ? 3 : 5;
+    // The errors of explicit methods of order 8 reach the uncertainty of the reference after three or four step sizes,
+    // so that their fit is less accurate.
     const bool few_points = !symmetric && order_in<H>(method) >= 8;
-    const double below = few_points ? 1.5
-                         : symmetric ? (order_in<H>(method) >= 12 ? 1.5 : 1)
-                                     : 0.5;
-    const double above = symmetric ? 1 : 1.25;
+    const double tolerance_below = few_points  ? 1.5
+                                   : symmetric ? (order_in<H>(method) >= 12 ? 1.5 : 1)
+                                               : 0.5;
+    const double tolerance_above = symmetric ? 1 : 1.25;
     static const Motion motion = motion_in<H>();
     const int order = order_in<H>(method);
     const auto points = measure<H, V>(method, rescaled);
-    double least = order;
+    double least_order = order;
     bool fitted_any = false;
     for (int i = 0; i < quantities; ++i) {
         if (i == parameter && !rescaled) continue;  // λ is the integration parameter itself
-        std::string shown = quantity_names[i];
-        for (const Point& p : points[i])
-            shown += ", " + std::to_string(p.steps) + ": " + std::to_string(std::log10(p.error));
-        SCOPED_TRACE(shown);  // log10 of the errors
+        std::string description = std::string(quantity_names[i]) + ", steps: log10(error)";
+        for (const Measurement& p : points[i])
+            description += ", " + std::to_string(p.steps) + ": " + std::to_string(std::log10(p.error));
+        SCOPED_TRACE(description);
         if (is_exact(method, order, motion, i)) {
-            for (const Point& p : points[i])
+            for (const Measurement& p : points[i])
                 EXPECT_LE(p.error, 30 * coefficient_epsilon<V>(method) * p.steps * stages_of(method))
                     << "The method must be exact to rounding here.";
             continue;
@@ -202,14 +206,15 @@ void expect_stated_order(const Method& method, bool rescaled) {
         // In a Luneburg lens rays are harmonic, and the path is shorter than a quarter of a period. The errors of
         // methods of high order are below rounding after a few step sizes.
         const bool nearly_exact = motion == Motion::linear && order >= 6;
-        if ((few_points || nearly_exact) && points[i].size() < fitted) continue;
-        ASSERT_GE(points[i].size(), fitted);
-        const double at_small_steps = slope({points[i].end() - fitted, points[i].end()}), overall = slope(points[i]);
-        EXPECT_GE(std::max(at_small_steps, overall), order - below);
-        least = fitted_any ? std::min({least, at_small_steps, overall}) : std::min(at_small_steps, overall);
+        if ((few_points || nearly_exact) && points[i].size() < fitted_points) continue;
+        ASSERT_GE(points[i].size(), fitted_points);
+        const double at_small_steps = fitted_order({points[i].end() - fitted_points, points[i].end()});
+        const double overall = fitted_order(points[i]);
+        EXPECT_GE(std::max(at_small_steps, overall), order - tolerance_below);
+        least_order = fitted_any ? std::min({least_order, at_small_steps, overall}) : std::min(at_small_steps, overall);
         fitted_any = true;
     }
-    EXPECT_LE(least, order + above) << "The order is higher than the table states.";
+    EXPECT_LE(least_order, order + tolerance_above) << "The order is higher than the table states.";
 }
 
 /// Returns true if the errors of a method in double reach the rounding level after two or three step sizes.

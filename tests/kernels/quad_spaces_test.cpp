@@ -8,7 +8,7 @@
 
 namespace kagero {
 
-// The kernels in double are instantiated elsewhere.
+// The kernels in double are instantiated in the kernel module.
 #define KAGERO_HAMILTONIAN(TYPE)                                                              \
     template const SpaceKernel<Quad>& space_kernel<hamiltonians::TYPE, Quad>(bool);            \
     extern template const SpaceKernel<double>& space_kernel<hamiltonians::TYPE, double>(bool);
@@ -38,16 +38,16 @@ TYPED_TEST(QuadSpaces, StepsMatchDoubleToRounding) {
     using H = TypeParam;
     for_all_methods<H>([](const Method& method, bool rescaled) {
         const double h = path_length<H> / 32;
-        auto exact = Steps<Quad>::in<H>(method, rescaled);
-        auto rounded = Steps<double>::in<H>(method, rescaled);
-        exact.begin(state_of<Quad>(bent_ray<H>()), Quad(h));
-        rounded.begin(state_of<double>(bent_ray<H>()), h);
-        exact.step();
-        rounded.step();
-        EXPECT_TRUE(exact.state.solved && rounded.state.solved);
+        auto in_quad = Steps<Quad>::in<H>(method, rescaled);
+        auto in_double = Steps<double>::in<H>(method, rescaled);
+        in_quad.begin(state_of<Quad>(bent_ray<H>()), Quad(h));
+        in_double.begin(state_of<double>(bent_ray<H>()), h);
+        in_quad.step();
+        in_double.step();
+        EXPECT_TRUE(in_quad.state.solved && in_double.state.solved);
         for (int k = 0; k < 6; ++k) {
-            const double y = static_cast<double>(exact.state.end.y[k]);
-            EXPECT_NEAR(rounded.state.end.y[k], y, 100 * machine_epsilon<double> * (1 + std::abs(y)));
+            const double y = static_cast<double>(in_quad.state.end.y[k]);
+            EXPECT_NEAR(in_double.state.end.y[k], y, 100 * machine_epsilon<double> * (1 + std::abs(y)));
         }
     });
 }

@@ -23,6 +23,8 @@ extern "C" const kagero::Module* kagero_kernels();
 namespace kagero::test {
 
 namespace detail {
+/// Removes the first type of a list. The lists below begin with `void`, because each expansion of their macro begins
+/// with a comma.
 template <class First, class... Rest>
 struct AllButFirst {
     using Types = ::testing::Types<Rest...>;
@@ -70,9 +72,11 @@ std::vector<bool> rescalings() {
 class Random {
 public:
     explicit Random(std::uint64_t seed) : engine_(seed) {}
+    /// Returns a random number between two bounds.
     double operator()(double least, double greatest) {
         return least + (greatest - least) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
     }
+    /// Returns a random integer from 0 to n − 1.
     int below(int n) { return static_cast<int>(engine_() % static_cast<std::uint64_t>(n)); }
 
 private:
@@ -111,9 +115,10 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
     return rays;
 }
 
-/// Returns one of the strongly bent rays. On their path they are neither captured nor leave the medium. Position and
-/// momentum are exactly representable in float, so that all number types start with the same ray. H is therefore equal
-/// to H0 only to the rounding of float. With `on_level`, the momentum is not rounded to float.
+/// Returns the start of strongly bent ray `which`. On a path of length `path_length` the ray is neither captured nor
+/// leaves the medium. Position and momentum are exactly representable in float, so that all number types start with the
+/// same ray. H is therefore equal to H0 only to the rounding of float. With `on_level`, H is equal to H0 to the
+/// rounding of double, because the momentum is not rounded to float.
 template <class H>
 RayStart bent_ray(int which = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
@@ -123,7 +128,7 @@ RayStart bent_ray(int which = 0, bool on_level = false) {
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;
 }
-/// Length of the path of the bent rays of H, in the integration parameter; the same for all methods.
+/// Length of the path over which tests integrate the bent rays of H, in the integration parameter τ.
 template <class H>
 inline constexpr double path_length = start_region_of(H::name).path_length;
 /// Number of bent rays per space.

@@ -1,5 +1,5 @@
-// The parts of Hamiltonians for splitting methods. Their sum must be H, and flows that are defined in closed form must
-// agree with numerical integration.
+// Tests of the parts into which Hamiltonians are split for splitting methods. The parts must sum to H, and flows that
+// are defined in closed form must agree with numerical integration.
 #include "tests/kernels/steps.h"
 
 #include "kernels/integrators/gauss.h"
@@ -41,21 +41,21 @@ struct Remainder {
     }
 };
 
-/// Integrates a state over the time t by n steps of a method of order 16.
+/// Integrates a state from λ = 0 to λ = t by n steps of a collocation method of order 16.
 template <class System>
 State<Quad> integrate(const System& system, const State<Quad>& start, Quad t, int n) {
-    StepperState<Quad> f{};
+    StepperState<Quad> state{};
     const Coefficients coefficients{.gauss = &gauss_tableau<8>};
-    static_cast<State<Quad>&>(f.start) = start;
-    f.h = t / n;
-    Gauss<0>::begin(system, f, coefficients);
+    static_cast<State<Quad>&>(state.start) = start;
+    state.h = t / n;
+    Gauss<0>::begin(system, state, coefficients);
     for (int i = 0; i < n; ++i) {
-        f.start.velocity = system.dp(f.start);
-        Gauss<0>::step(system, f, coefficients);
-        EXPECT_TRUE(f.solved);
-        f.start = f.end;
+        state.start.velocity = system.gradient_p(state.start);
+        Gauss<0>::step(system, state, coefficients);
+        EXPECT_TRUE(state.solved);
+        state.start = state.end;
     }
-    return f.start;
+    return state.start;
 }
 
 // The reference is numerical integration with 16 steps in quadruple precision. Its error is estimated by comparison
@@ -73,8 +73,8 @@ TYPED_TEST(Splitting, ClosedFormFlowMatchesIntegration) {
             for (const double t : {-0.75, 0.25, 1.5}) {
                 Vec3<Quad> q = start.q(), p = start.p();
                 H::remainder_flow(k, q, p, start.y[6], Quad(t));
-                // Steps that approach the centre to less than half of the initial distance are not accurate enough as a
-                // reference.
+                // Rays that end closer to the centre than half of their initial distance are left out, because the
+                // reference is not accurate enough there.
                 if (norm(q) < norm(start.q()) / 2) continue;
                 const State<Quad> coarse = integrate(system, start, t, 8), fine = integrate(system, start, t, 16);
                 const Quad end[6] = {q.x, q.y, q.z, p.x, p.y, p.z};
@@ -91,7 +91,7 @@ TYPED_TEST(Splitting, ClosedFormFlowMatchesIntegration) {
     }
 }
 
-// Rays towards the centre are captured, also by steps that pass through the centre. Their states must stay finite.
+// Rays towards the centre must be captured, also if a step passes through the centre. Their states must stay finite.
 TYPED_TEST(Splitting, RaysThroughTheCentreAreCaptured) {
     using H = TypeParam;
     if constexpr (!ExactlySplit<H>) {
@@ -99,14 +99,14 @@ TYPED_TEST(Splitting, RaysThroughTheCentreAreCaptured) {
     } else {
         const auto k = make_parameters<H>(default_parameters<H>().data());
         Random random(44);
-        for (const RayStart& from : random_rays<H>(100, 45)) {
-            Vec3<double> q{from.q[0], from.q[1], from.q[2]}, p{from.p[0], from.p[1], from.p[2]};
-            H::remainder_flow(k, q, p, from.pt, 1e4);
+        for (const RayStart& start : random_rays<H>(100, 45)) {
+            Vec3<double> q{start.q[0], start.q[1], start.q[2]}, p{start.p[0], start.p[1], start.p[2]};
+            H::remainder_flow(k, q, p, start.pt, 1e4);
             EXPECT_LE(H::captured(k, q, p, p, 1.0), 0);
             double inward[3];
-            for (int i = 0; i < 3; ++i) inward[i] = -from.q[i] + random(-0.25, 0.25);
+            for (int i = 0; i < 3; ++i) inward[i] = -start.q[i] + random(-0.25, 0.25);
             RayStart ray;
-            ASSERT_EQ(start_ray<H>(from.q, inward, ray), Failure::none);
+            ASSERT_EQ(start_ray<H>(start.q, inward, ray), Failure::none);
             for (const Method& method : methods_for<H>(false)) {
                 if (method.kind != StepperKind::exact_split) continue;
                 SCOPED_TRACE(method.info.name);

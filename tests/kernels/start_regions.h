@@ -1,6 +1,6 @@
-/// Start positions of test rays, one row per space. They fit the length scale of the space and are away from its edges
-/// and discontinuities. The last row applies to spaces without a row: they bend rays over some lengths around the
-/// origin.
+/// Start positions of test rays, one row per space. The positions fit the length scale of the space and are away from
+/// its edges and discontinuities. The last row applies to all other spaces, which bend rays within a few units of
+/// length around the origin.
 #pragma once
 
 #include <string_view>

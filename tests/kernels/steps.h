@@ -1,4 +1,4 @@
-/// Steps of one method in one space, performed through `SpaceKernel` in the same way as by the tracing loop.
+/// Performs steps of a method in a space through `SpaceKernel`, in the same way as the tracing loop.
 #pragma once
 
 #include "tests/kernels/spaces.h"
@@ -13,18 +13,19 @@ namespace kagero::test {
 /// Returns the methods that support H or, if `rescaled` is set, Ω·(H − H0), according to the module.
 template <class H>
 const std::vector<Method>& methods_for(bool rescaled) {
-    static const auto supported = [](bool transformed) {
+    static const auto supported = [](bool with_rescaling) {
         const Module& module = *kagero_kernels();
-        std::vector<Method> all;
+        std::vector<Method> found;
         for (std::uint32_t i = 0; i < module.integrator_count; ++i)
-            if (!module.refusal(index_of<H>(), i, transformed)) all.push_back(methods[i]);
-        return all;
+            if (!module.refusal(index_of<H>(), i, with_rescaling)) found.push_back(methods[i]);
+        return found;
     };
     static const std::vector<Method> lists[] = {supported(false), supported(true)};
     return lists[rescaled];
 }
 
-/// Calls check(method, rescaled) for H and, if it exists, Ω·(H − H0), with all methods that support it.
+/// Calls check(method, false) for each method that supports H. If H declares a time rescaling Ω, also calls
+/// check(method, true) for each method that supports Ω·(H − H0).
 template <class H, class Check>
 void for_all_methods(const Check& check) {
     for (const bool rescaled : rescalings<H>()) {
@@ -42,7 +43,7 @@ inline const Method& method_named(const std::string& name) {
     throw std::runtime_error("no method " + name);
 }
 
-/// Returns the number of stages or substeps of a method. Each makes some rounding errors.
+/// Returns the number of stages or substeps of a method per step. Bounds on rounding errors are proportional to it.
 inline int stages_of(const Method& m) {
     const Coefficients& c = m.coefficients;
     return c.table   ? c.table->stages
@@ -60,16 +61,18 @@ double coefficient_epsilon(const Method& m) {
     return collocates(m) ? epsilon : std::max(epsilon, machine_epsilon<double>);
 }
 
-/// Returns true if the fractions of a composition are palindromic bit for bit. Splitting methods are converted to
-/// fractions for χ and χ*. This conversion rounds, so that their fractions are palindromic only to rounding.
+/// Returns true if the step fractions of a composition are palindromic bit for bit. The published coefficients of
+/// splitting methods are converted to fractions for semi-implicit Euler and its adjoint. This conversion rounds, so
+/// that these fractions are palindromic only to rounding.
 inline bool has_palindromic_fractions(const Method& m) {
     const Fractions f = m.coefficients.fractions;
     return std::equal(f.begin(), f.end(), f.rbegin());
 }
 
-/// Returns true if the printed recipe is an exact splitting in this space. The recipe integrates each part of H by
-/// eq. (9) of Satoh (2003). This is exact if the parts are ½|p|² and V(q), which is also the condition for Nyström
-/// methods. In such a space the recipe is symmetric and has the order of its fractions.
+/// Returns true if m is one of the methods that are implemented as printed in Satoh (2003) (stepper Recipe), and its
+/// substeps are exact in the space of H. Recipe integrates each part of H by eq. (9). This is exact if the parts are
+/// ½|p|² and V(q), which is also the condition for Nyström methods. In such a space the method is symmetric and has the
+/// order of its fractions.
 template <class H>
 bool recipe_is_exact_split(const Method& m) {
     if (m.kind != StepperKind::recipe) return false;
@@ -87,7 +90,7 @@ int order_in(const Method& m) {
 template <class H>
 bool symmetric_in(const Method& m) { return m.info.symmetric || recipe_is_exact_split<H>(m); }
 
-/// Returns true if H contains functions that packets and the standard library round differently.
+/// Returns true if H contains exp, log or tanh, which packets and the standard library round differently.
 template <class H>
 bool is_transcendental() {
     static Tape tape;
@@ -148,7 +151,7 @@ private:
     SystemStorage system_;
 };
 
-/// Dependence of the right-hand sides of Hamilton's equations on the state.
+/// How the right-hand sides of Hamilton's equations depend on the state.
 enum class Motion {
     straight,  ///< The force is zero.
     uniform,   ///< The force is constant.
@@ -157,13 +160,13 @@ enum class Motion {
 };
 
 /// Returns the motion in the space of H. It is determined from gradients of H at random states and at the states
-/// halfway between two of them. `begin` of a Gauss method computes the gradient of H.
+/// halfway between two of them.
 template <class H>
 Motion motion_in() {
     auto steps = Steps<double>::in<H>(method_named("gauss8"), false);
     const auto rays = random_rays<H>(12, 17);
     const auto gradient = [&](const State<double>& s) {
-        steps.begin(s, 0);
+        steps.begin(s, 0);  // computes the gradient of H
         return std::to_array(steps.state.stage[0]);
     };
     double force = 0, change = 0, nonlinearity = 0, size = 0;

@@ -1,6 +1,6 @@
-// Symmetry and symplecticity of all methods. Each method must have the properties that the table of methods states, and
-// no others. Symmetric methods return to the start after steps forward and backward. Symplectic methods preserve dq ∧
-// dp.
+// Tests the symmetry and symplecticity of all methods. A method must be symmetric or symplectic if and only if the
+// table of methods states it. Symmetric methods return to the start after equal numbers of steps forward and backward.
+// Symplectic methods preserve the 2-form dq ∧ dp.
 #include "tests/kernels/steps.h"
 
 #include "kernels/trace/packets.h"
@@ -11,13 +11,14 @@ namespace kagero::test {
 namespace {
 
 template <class H>
-class Structure : public ::testing::Test {};
-TYPED_TEST_SUITE(Structure, AllHamiltonians, HamiltonianName);
+class StructurePreservation : public ::testing::Test {};
+TYPED_TEST_SUITE(StructurePreservation, AllHamiltonians, HamiltonianName);
 
 template <class H>
 constexpr double step_length = path_length<H> / 16;
 
-/// Returns true if the method is exact. All methods are exact on straight rays; from order 2, also with constant force.
+/// Returns true if the method is exact in a motion. All methods are exact on straight rays. Methods of order 2 and
+/// above are also exact with constant force.
 bool is_exact(const Method& method, Motion motion) {
     return motion == Motion::straight || (motion == Motion::uniform && method.info.order > 1);
 }
@@ -50,7 +51,7 @@ void expect_symmetry_as_stated() {
     constexpr int n = 10;
     const Motion motion = motion_in<H>();
     for_all_methods<H>([&](const Method& method, bool rescaled) {
-        // About 100 rounding errors per stage. The flow amplifies them little on this short path.
+        // The tolerance is 100 rounding errors per stage. The flow amplifies rounding errors little on this short path.
         const double roundings = 100 * n * stages_of(method),
                      epsilon = static_cast<double>(machine_epsilon<ScalarOf<V>>);
         const double defect = return_defect<H, V>(method, rescaled, n);
@@ -59,23 +60,29 @@ void expect_symmetry_as_stated() {
         } else if (method.info.symmetric || is_exact(method, motion)) {
             EXPECT_LE(defect, roundings * coefficient_epsilon<ScalarOf<V>>(method));
         } else if (std::is_same_v<V, Quad> &&
-                   !method.info.angular) {  // steps in angles are symmetric unless they are shortened
+                   !method.info.angular) {  // the table states no symmetry, because shortened steps break it
             EXPECT_GT(defect, 1e6 * roundings * epsilon)
                 << "The method is symmetric, although the table does not state it.";
         }
     });
 }
-TYPED_TEST(Structure, SymmetryIsAsStatedInQuadruplePrecision) { expect_symmetry_as_stated<TypeParam, Quad>(); }
-TYPED_TEST(Structure, SymmetryIsAsStatedInDouble) { expect_symmetry_as_stated<TypeParam, double>(); }
-TYPED_TEST(Structure, SymmetryIsAsStatedInPacketsOfDouble) {
+TYPED_TEST(StructurePreservation, SymmetryIsAsStatedInQuadruplePrecision) {
+    expect_symmetry_as_stated<TypeParam, Quad>();
+}
+TYPED_TEST(StructurePreservation, SymmetryIsAsStatedInDouble) {
+    expect_symmetry_as_stated<TypeParam, double>();
+}
+TYPED_TEST(StructurePreservation, SymmetryIsAsStatedInPacketsOfDouble) {
     expect_symmetry_as_stated<TypeParam, PacketDouble>();
 }
-TYPED_TEST(Structure, SymmetryIsAsStatedInPacketsOfFloat) { expect_symmetry_as_stated<TypeParam, PacketFloat>(); }
+TYPED_TEST(StructurePreservation, SymmetryIsAsStatedInPacketsOfFloat) {
+    expect_symmetry_as_stated<TypeParam, PacketFloat>();
+}
 
 template <class S>
 using Jacobian = std::array<std::array<S, 6>, 6>;
 
-/// Returns M = ∂(end)/∂(start) of one step by central differences of order 4 with distance d. All lanes are equal.
+/// Returns M = ∂(end)/∂(start) of one step by central differences of order 4 with spacing d. All lanes are equal.
 template <class H, class V>
 Jacobian<ScalarOf<V>> jacobian(const Method& method, bool rescaled, ScalarOf<V> d) {
     using S = ScalarOf<V>;
@@ -112,17 +119,17 @@ double symplectic_defect(const Jacobian<S>& m) {
     return static_cast<double>(defect / (size * size));
 }
 
-/// The distance of the differences is ε^(1/5) times the length scale of the space. Their rounding error is then about
-/// ε^(4/5), and so is their truncation error, times a fifth derivative.
+/// The spacing of the differences is ε^(1/5) times the length scale of the space. Their rounding error is then about
+/// ε^(4/5), and their truncation error is about ε^(4/5) times a fifth derivative.
 template <class H, class V>
 void expect_symplecticity_as_stated() {
     using S = ScalarOf<V>;
     const double epsilon = static_cast<double>(machine_epsilon<S>),
-                 distance = std::min(1.0, path_length<H>) * std::pow(epsilon, 0.2);
+                 spacing = std::min(1.0, path_length<H>) * std::pow(epsilon, 0.2);
     const double tolerance = 1000 * std::pow(epsilon, 0.8);
     const Motion motion = motion_in<H>();
     for_all_methods<H>([&](const Method& method, bool rescaled) {
-        const double defect = symplectic_defect(jacobian<H, V>(method, rescaled, S(distance)));
+        const double defect = symplectic_defect(jacobian<H, V>(method, rescaled, S(spacing)));
         if (method.info.symplectic || is_exact(method, motion)) {
             EXPECT_LE(defect, tolerance);
         } else if (std::is_same_v<V, Quad>) {
@@ -130,11 +137,13 @@ void expect_symplecticity_as_stated() {
         }
     });
 }
-TYPED_TEST(Structure, SymplecticityIsAsStatedInQuadruplePrecision) {
+TYPED_TEST(StructurePreservation, SymplecticityIsAsStatedInQuadruplePrecision) {
     expect_symplecticity_as_stated<TypeParam, Quad>();
 }
-TYPED_TEST(Structure, SymplecticityIsAsStatedInDouble) { expect_symplecticity_as_stated<TypeParam, double>(); }
-TYPED_TEST(Structure, SymplecticityIsAsStatedInPacketsOfDouble) {
+TYPED_TEST(StructurePreservation, SymplecticityIsAsStatedInDouble) {
+    expect_symplecticity_as_stated<TypeParam, double>();
+}
+TYPED_TEST(StructurePreservation, SymplecticityIsAsStatedInPacketsOfDouble) {
     expect_symplecticity_as_stated<TypeParam, PacketDouble>();
 }
 

@@ -1,5 +1,5 @@
-// The program on emulated processors with fewer instruction sets. It must select the module that the processor
-// supports. The picture must be equal, byte for byte, to that of the same module on this processor.
+// Runs the program on emulated processors with fewer instruction sets. The program must select the best module that the
+// processor supports. The picture must be equal, byte for byte, to that of the same module on this processor.
 #include "tests/support/hole_scene.h"
 
 #include <nlohmann/json.hpp>
@@ -37,7 +37,7 @@ TEST_P(EmulatedProcessor, RendersTheSamePictureAsThisProcessor) {
     EXPECT_EQ(read("emulated.pfm"), read("native.pfm"));
 }
 
-TEST_P(EmulatedProcessor, RefusesAModuleThatItDoesNotSupport) {
+TEST_P(EmulatedProcessor, RefusesModulesOfUnsupportedInstructionSets) {
     if (std::string(KAGERO_BUILT_ISAS).find("avx512") == std::string::npos)
         GTEST_SKIP() << "The module for avx512 is not built.";
     const Outcome emulated = run_emulated("render hole.toml -o emulated.pfm --isa avx512");

@@ -1,5 +1,5 @@
-// Modules for different instruction sets. They must compute the same ray ends to rounding, only the selected module may
-// be loaded, and each must export exactly one symbol.
+// Tests the kernel modules of different instruction sets. The modules must compute the same ray ends to rounding, only
+// the selected module may be loaded, and each must export exactly one symbol.
 #include "modules/modules.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
@@ -28,10 +28,10 @@ std::string output_of(const std::string& command) {
     return text;
 }
 
-/// Methods in the orbit plane, and on the general path with explicit and with implicit steps.
-const Overrides methods[] = {{}, {"integrator.symmetry=none"}, {"integrator.method=gauss8"}};
+/// Settings that select the orbit plane, and the general path with explicit and with implicit steps.
+const Overrides method_settings[] = {{}, {"integrator.symmetry=none"}, {"integrator.method=gauss8"}};
 
-/// Traces the given starts in the scene room.toml. If there are none, first sets them to the rays of 64 × 64 pixels of
+/// Traces the given starts in the scene room.toml. If `starts` is empty, first sets it to the rays of 64 × 64 pixels of
 /// the camera and 500 rays from random positions in random directions.
 std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& starts, const Overrides& method) {
     Options options = with_strategy("packet");
@@ -58,7 +58,7 @@ std::vector<RayEnd> ends_in_room(const std::string& isa, std::vector<RayStart>& 
 
 /// Returns the factor by which each ray amplifies a change of its start: |Δq(end)| / |Δq(start)| for a shift of 1e-6.
 /// The factor is at least 1, and infinite if the shifted ray ends with another status or on another primitive.
-std::vector<double> amplification(const std::vector<RayStart>& starts, const std::vector<RayEnd>& ends,
+std::vector<double> amplification_factors(const std::vector<RayStart>& starts, const std::vector<RayEnd>& ends,
                                   const Overrides& method) {
     std::vector<RayStart> shifted = starts;
     constexpr double shift = 1e-6;
@@ -83,16 +83,17 @@ std::vector<double> amplification(const std::vector<RayStart>& starts, const std
 TEST(Isas, RayEndsAreEqualToRounding) {
     const auto isas = supported_isas();
     if (isas.size() < 2) GTEST_SKIP() << "Only one instruction set is supported.";
-    for (const Overrides& method : methods) {
+    for (const Overrides& method : method_settings) {
         std::vector<RayStart> starts;
         const auto reference = ends_in_room(isas[0], starts, method);
-        const auto factors = amplification(starts, reference, method);
+        const auto factors = amplification_factors(starts, reference, method);
         for (std::size_t k = 1; k < isas.size(); ++k) {
             const auto ends = ends_in_room(isas[k], starts, method);
             std::size_t left_out = 0;
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 if (!std::isfinite(factors[i]) && ++left_out) continue;
-                SCOPED_TRACE(isas[k] + ", method " + std::to_string(&method - methods) + ", ray " + std::to_string(i));
+                const std::string number = std::to_string(&method - method_settings);
+                SCOPED_TRACE(isas[k] + ", method " + number + ", ray " + std::to_string(i));
                 ASSERT_EQ(ends[i].status, reference[i].status);
                 ASSERT_EQ(ends[i].surface, reference[i].surface);
                 ASSERT_EQ(ends[i].primitive, reference[i].primitive);
@@ -123,18 +124,19 @@ std::vector<float> picture_of_room(const std::string& isa, const Overrides& meth
     return picture;
 }
 
-// A ray that is within about 1e-13 of an edge may hit either side of it, so that one of the 4096 pixels may differ.
+// A ray that is within about 1e-13 of an edge may hit the surface on either side, so that one of the 4096 pixels may
+// differ.
 TEST(Isas, PicturesAreEqual) {
     const auto isas = supported_isas();
     if (isas.size() < 2) GTEST_SKIP() << "Only one instruction set is supported.";
-    for (const Overrides& method : methods) {
+    for (const Overrides& method : method_settings) {
         const std::vector<float> reference = picture_of_room(isas[0], method);
         for (std::size_t k = 1; k < isas.size(); ++k) {
             const std::vector<float> picture = picture_of_room(isas[k], method);
             int different = 0;
             for (std::size_t i = 0; i < reference.size(); i += 5)
                 different += !std::equal(&reference[i], &reference[i] + 5, &picture[i]);
-            EXPECT_LE(different, 1) << isas[k] << ", method " << &method - methods;
+            EXPECT_LE(different, 1) << isas[k] << ", method " << &method - method_settings;
         }
     }
 }
@@ -170,23 +172,23 @@ TEST_F(IsaProgram, LoadsOnlyTheSelectedModule) {
             "cd '" + directory_.string() + "' && grep -oh 'kagero-kernels-[a-z0-9]*' opened.* | sort -u; rm opened.*");
         EXPECT_EQ(without_trailing_spaces(opened), "kagero-kernels-" + isa);
     }
-    const std::string last = supported_isas().back();
+    const std::string least_isa = supported_isas().back();
     const Outcome outcome =
-        run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json", "KAGERO_ISA=" + last);
+        run("render '" KAGERO_SCENES "/room.toml' --size 4x4 -o a.png --quiet --json", "KAGERO_ISA=" + least_isa);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], last);
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["isa"], least_isa);
 }
 
 // `auto` selects the best instruction set. Duplicates in the list are removed.
 TEST_F(IsaProgram, AutoInAListSelectsTheBestInstructionSetOnce) {
-    const std::string best = supported_isas().front(), last = supported_isas().back();
-    for (const std::string& list : {std::string("auto,auto"), "auto," + last, last + ",auto"}) {
+    const std::string best = supported_isas().front(), least_isa = supported_isas().back();
+    for (const std::string& list : {std::string("auto,auto"), "auto," + least_isa, least_isa + ",auto"}) {
         const Outcome outcome = run("compare '" KAGERO_SCENES
                                     "/room.toml' --size 16x16 --rounds 1 --strategy packet --quiet --json --isa " +
                                     list);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         std::set<std::string> found, expected{best};
-        if (list != "auto,auto") expected.insert(last);
+        if (list != "auto,auto") expected.insert(least_isa);
         const auto report = nlohmann::json::parse(outcome.out);
         for (const auto& row : report["rows"]) found.insert(row["isa"].get<std::string>());
         EXPECT_EQ(found, expected) << list;

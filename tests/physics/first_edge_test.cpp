@@ -1,5 +1,5 @@
-// The earliest event of a step must end the ray. Events are hits, edges of domains, capture, and the escape sphere. All
-// ends are compared with positions that follow from the scene. Surfaces close to the start of a ray are tested as well.
+// Tests that the earliest event of a step ends the ray. Events are hits, edges of domains, capture, and the escape
+// sphere. All ends are compared with positions that follow from the scene. Other tests place the start near a surface.
 #include "tests/support/plan_fixture.h"
 
 #include "scene/value.h"
@@ -50,14 +50,14 @@ protected:
     }
 };
 
-const Overrides methods[] = {{"integrator.method=rkf78"},
-                             {"integrator.method=gauss8", "integrator.step=0.1"},
-                             {"integrator.method=rk4", "integrator.step=0.5"}};
+const Overrides method_settings[] = {{"integrator.method=rkf78"},
+                                     {"integrator.method=gauss8", "integrator.step=0.1"},
+                                     {"integrator.method=rk4", "integrator.step=0.5"}};
 
 TEST_P(EarliestEvent, EdgesHideSurfacesBeyondThem) {
     for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
         for (const double x : {1.001, 1.02, 1.3})
-            for (const Overrides& settings : methods) {
+            for (const Overrides& settings : method_settings) {
                 SCOPED_TRACE(testing::Message() << edge << ", wall at " << x << ", " << settings[0]);
                 for (const RayEnd& end :
                      ends_of(medium(std::string(edge) + " = \"1 - x\"", wall(x)), settings, rays_along_x())) {
@@ -67,11 +67,11 @@ TEST_P(EarliestEvent, EdgesHideSurfacesBeyondThem) {
             }
 }
 
-// The region beyond the edge is a layer that is thinner than a step, so that both ends of the step are inside the
-// domain. The wall in the middle of the layer must not be hit.
+// The region where `domain` or `capture` is negative is a layer that is thinner than a step, so that both ends of the
+// step are outside the layer. The wall in the middle of the layer must not be hit.
 TEST_P(EarliestEvent, LayersThinnerThanAStepHideSurfacesInThem) {
     for (const auto& [edge, status] : {std::pair{"domain", Status::escaped}, std::pair{"capture", Status::captured}})
-        for (const Overrides& settings : methods) {
+        for (const Overrides& settings : method_settings) {
             SCOPED_TRACE(testing::Message() << edge << ", " << settings[0]);
             for (const RayEnd& end :
                  ends_of(medium(std::string(edge) + " = \"abs(x - 1) - 0.02\"", wall(1)), settings, rays_along_x())) {
@@ -83,7 +83,7 @@ TEST_P(EarliestEvent, LayersThinnerThanAStepHideSurfacesInThem) {
 
 TEST_P(EarliestEvent, EdgesDoNotHideSurfacesBeforeThem) {
     for (const double x : {0.8, 0.999})
-        for (const Overrides& settings : methods)
+        for (const Overrides& settings : method_settings)
             for (const RayEnd& end : ends_of(medium("domain = \"1 - x\"", wall(x)), settings, rays_along_x())) {
                 ASSERT_EQ(end.status, Status::hit);
                 EXPECT_NEAR(end.q[0], x, 1e-9);
@@ -91,7 +91,7 @@ TEST_P(EarliestEvent, EdgesDoNotHideSurfacesBeforeThem) {
 }
 
 TEST_P(EarliestEvent, NearestOfSeveralEdgesEndsTheRay) {
-    for (const Overrides& settings : methods) {
+    for (const Overrides& settings : method_settings) {
         SCOPED_TRACE(settings[0]);
         const auto rays = rays_along_x();
         for (const RayEnd& end : ends_of(medium("capture = \"1 - x\"\ndomain = \"1.05 - x\""), settings, rays)) {
@@ -107,27 +107,26 @@ TEST_P(EarliestEvent, NearestOfSeveralEdgesEndsTheRay) {
     }
 }
 
-// Rays must not enter or start in regions where domain, capture or length_scale is NaN, or length_scale is not
-// positive.
-TEST_P(EarliestEvent, RaysDoNotEnterRegionsWithoutBounds) {
-    const std::vector<RayInput> beyond{{{2, 0, 0}, {-1, 0, 0}}};
+// Rays must not enter or start in regions where domain, capture or length_scale is NaN, or length_scale is ≤ 0.
+TEST_P(EarliestEvent, RaysDoNotEnterRegionsWithInvalidBounds) {
+    const std::vector<RayInput> start_beyond{{{2, 0, 0}, {-1, 0, 0}}};
     for (const char* edge : {"domain = \"sqrt(1 - x)\"", "capture = \"2 + sqrt(1 - x)\"",
                              "length_scale = \"sqrt(1 - x)\"", "length_scale = \"1 - x\""})
-        for (const Overrides& settings : methods) {
+        for (const Overrides& settings : method_settings) {
             SCOPED_TRACE(testing::Message() << edge << ", " << settings[0]);
             Overrides limited = settings;
-            limited.push_back("integrator.max_steps=400");  // because steps become ever shorter near x = 1
+            limited.push_back("integrator.max_steps=400");  // the steps become ever shorter near x = 1
             for (const RayEnd& end : ends_of(medium(edge), limited, rays_along_x())) {
                 EXPECT_TRUE(end.status == Status::failed || end.status == Status::step_limit);
                 EXPECT_LE(end.q[0], 1);
             }
-            for (const RayEnd& end : ends_of(medium(edge), settings, beyond))
+            for (const RayEnd& end : ends_of(medium(edge), settings, start_beyond))
                 EXPECT_EQ(end.failure, Failure::invalid_bounds);
         }
-    // Outside the domain length_scale is not used.
-    for (const Overrides& settings : methods)
+    // Outside the domain, length_scale is not used.
+    for (const Overrides& settings : method_settings)
         for (const RayEnd& end :
-             ends_of(medium("domain = \"1 - x\"\nlength_scale = \"0.1 + sqrt(1 - x)\""), settings, beyond))
+             ends_of(medium("domain = \"1 - x\"\nlength_scale = \"0.1 + sqrt(1 - x)\""), settings, start_beyond))
             EXPECT_EQ(end.status, Status::escaped);
     try {
         plan_of_text(medium("domain = \"sqrt(y)\""), {}, with_strategy(GetParam()));
@@ -138,8 +137,8 @@ TEST_P(EarliestEvent, RaysDoNotEnterRegionsWithoutBounds) {
     }
 }
 
-// H is NaN for z < 0, so that no step can end beyond the edge z = 0. Rays must end on the edge. Their x is compared
-// with the integral of dx/dz = p_x/p_z by the midpoint rule.
+// H is NaN for z < 0, so that no step can end beyond the edge z = 0. Rays must end on the edge. The x coordinate of the
+// end is compared with the integral of dx/dz = p_x/p_z by the midpoint rule.
 TEST_P(EarliestEvent, EdgesAreReachedIfHIsUndefinedBeyondThem) {
     const std::vector<RayInput> rays{{{0, 0, 1}, {0.3, 0, -1}}, {{0, 0, 1}, {0.5, 0, -1}}, {{0, 0, 0.7}, {1, 0, -1}}};
     for (const char* edge : {"domain", "capture"})
@@ -153,12 +152,12 @@ TEST_P(EarliestEvent, EdgesAreReachedIfHIsUndefinedBeyondThem) {
                 SCOPED_TRACE(std::string(edge) + " by " + method + ", ray " + std::to_string(i));
                 ASSERT_EQ(ends[i].status, edge == std::string("domain") ? Status::escaped : Status::captured)
                     << describe(ends[i].failure);
-                const double z = rays[i].position[2], square = 1 + std::pow(z, 1.5), slope = rays[i].direction[0];
-                const double px = slope * std::sqrt(square / (1 + slope * slope));
-                constexpr int pieces = 20000;
+                const double z = rays[i].position[2], n_squared = 1 + std::pow(z, 1.5), slope = rays[i].direction[0];
+                const double px = slope * std::sqrt(n_squared / (1 + slope * slope));
+                constexpr int intervals = 20000;
                 double x = 0;
-                for (int k = 0; k < pieces; ++k)
-                    x += px * z / pieces / std::sqrt(1 + std::pow(z * (k + 0.5) / pieces, 1.5) - px * px);
+                for (int k = 0; k < intervals; ++k)
+                    x += px * z / intervals / std::sqrt(1 + std::pow(z * (k + 0.5) / intervals, 1.5) - px * px);
                 EXPECT_NEAR(ends[i].q[2], 0, 1e-8);
                 EXPECT_NEAR(ends[i].q[0], x, 1e-5);
             }
@@ -193,7 +192,7 @@ TEST_P(EarliestEvent, HorizonHidesSurfacesInsideIt) {
 }
 
 // Rays of a falling observer have p_t < 0. They approach the horizon, but never cross it, and must be captured there.
-// The floor lies on both sides of the horizon. All methods must capture the same number of rays, up to one.
+// The floor intersects the horizon. All methods must capture the same number of rays, up to one.
 TEST_P(EarliestEvent, HorizonCapturesRaysOfFallingObservers) {
     const std::string scene =
         "space = { hamiltonian = \"schwarzschild\", rg = 1 }\nintegrator.escape_radius = 30\n"
@@ -215,20 +214,21 @@ TEST_P(EarliestEvent, HorizonCapturesRaysOfFallingObservers) {
 
 // The starts are 1e-3 to 1e-8 above the floor. Embree's floats do not resolve the smaller heights.
 TEST_P(EarliestEvent, SurfacesCloseToTheStartAreHit) {
-    const double level = 0.7;
+    const double floor_z = 0.7;
     for (const char* space : {"hamiltonian = \"flat\"", "hamiltonian = \"gradient\"\ng = 1e-3",
                               "hamiltonian = \"schwarzschild\"\nrg = 0.01\ncenter = [0, 0, 3]"}) {
         SCOPED_TRACE(space);
-        const std::string scene = "[space]\n" + std::string(space) + view + floor(1, level) + floor(1, -0.9);
+        const std::string scene = "[space]\n" + std::string(space) + view + floor(1, floor_z) + floor(1, -0.9);
         std::vector<RayInput> rays;
         for (const double height : {1e-3, 1e-5, 6e-6, 1e-6, 3e-7, 1e-8})
-            rays.push_back({{0.1, 0.2, level + height}, {0.3, 0.2, -1}});
+            rays.push_back({{0.1, 0.2, floor_z + height}, {0.3, 0.2, -1}});
         for (const RayEnd& end : ends_of(scene, {}, rays)) {
             EXPECT_EQ(end.status, Status::hit);
             EXPECT_EQ(end.surface, 0u);
         }
         // A ray that starts on a surface does not hit it at the start.
-        const auto ends = ends_of(scene, {}, {{{0.1, 0.2, level}, {0.3, 0.2, -1}}, {{0.1, 0.2, level}, {0.3, 0.2, 1}}});
+        const Double3 q{0.1, 0.2, floor_z};
+        const auto ends = ends_of(scene, {}, {{q, {0.3, 0.2, -1}}, {q, {0.3, 0.2, 1}}});
         EXPECT_EQ(ends[0].status, Status::hit);
         EXPECT_EQ(ends[0].surface, 1u);
         EXPECT_EQ(ends[1].status, Status::escaped);
@@ -255,10 +255,10 @@ TEST_P(EarliestEvent, RaysFromNearAWallStayInAClosedRoom) {
                 EXPECT_GT(ends[i].parameter, 0);
             }
         }
-    const std::string shell = "[space]\nhamiltonian = \"flat\"\n[integrator]\nescape_radius = 4\n" + view + ball(1);
+    const std::string globe = "[space]\nhamiltonian = \"flat\"\n[integrator]\nescape_radius = 4\n" + view + ball(1);
     std::vector<RayInput> rays;
     for (double gap = 1e-14; gap < 1e-4; gap *= 3) rays.push_back({{0, 1 - gap, 0}, {0.1, -1, 0.3}});
-    for (const RayEnd& end : ends_of(shell, {}, rays)) {
+    for (const RayEnd& end : ends_of(globe, {}, rays)) {
         ASSERT_EQ(end.status, Status::hit);
         EXPECT_LT(end.q[1], 0);
     }
@@ -283,9 +283,9 @@ TEST_P(EarliestEvent, RaysOfACameraNearTheCeilingStayInTheRoom) {
                     ASSERT_NE(plan->job().camera, nullptr);
                     std::vector<RayEnd> ends(64);
                     Counters counters{};
-                    const Tile all{0, 0, 8, 8};
+                    const Tile tile{0, 0, 8, 8};
                     const Job job = plan->job();
-                    plan->run.kernel->trace(&job, &all, ends.data(), &counters);
+                    plan->run.kernel->trace(&job, &tile, ends.data(), &counters);
                     for (const RayEnd& end : ends) {
                         ASSERT_EQ(end.status, Status::hit);
                         ASSERT_NEAR(std::max({std::abs(end.q[0]), std::abs(end.q[1]), std::abs(end.q[2])}), 1, 1e-6);
@@ -326,9 +326,9 @@ TEST_P(EarliestEvent, RaysThroughTheThroatEscapeOnTheSecondSheet) {
                                           {"integrator.symmetry=none"},
                                           {"integrator.method=rkf78", "integrator.rescale=none"}}) {
             std::vector<RayInput> rays;
-            const double distance = 6 * std::max(throat, 0.1), areal = distance + 0.25 * throat * throat / distance;
+            const double distance = 6 * std::max(throat, 0.1), areal_r = distance + 0.25 * throat * throat / distance;
             for (int i = 0; i < 20; ++i) {
-                const double sine = 0.1 * (i + 0.5) * throat / areal;
+                const double sine = 0.1 * (i + 0.5) * throat / areal_r;
                 rays.push_back(
                     {{-distance, 0, 0}, {std::sqrt(1 - sine * sine), sine * std::cos(i), sine * std::sin(i)}});
             }

@@ -1,5 +1,5 @@
-// Positions and directions of hits near a Schwarzschild black hole, compared with elliptic integrals. Hits on the chord
-// of a step have order 2; refined hits have the order of the method.
+// Compares positions and directions of hits near a Schwarzschild black hole with elliptic integrals. The position of a
+// hit on the chord of a step must have order 2. Refined hits must have the order of the method.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -13,9 +13,9 @@ namespace {
 
 constexpr double start_radius = 20, ball_radius = 3;
 
-/// A ball around the hole, which rays hit before their turning point, and a plane through the centre of the hole,
-/// normal to the direction from the hole to the starts.
+/// A ball around the hole, which rays hit before their turning point.
 constexpr const char* ball = "name = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 3\n";
+/// A rectangle in the plane x = 0 through the centre of the hole. The rays start on the x axis.
 constexpr const char* plane =
     "name = \"plane\"\nshape = \"rectangle\"\norigin = [0, -16, -15]\nedge_u = [0, 31, 0]\nedge_v = [0, 0, 32]\n";
 
@@ -44,13 +44,13 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
                                    {"integrator.escape_radius=25", std::string("integrator.method=") + method,
                                     std::string("integrator.hit=") + hit, "integrator.step=" + std::to_string(step)},
                                    with_strategy(strategy), false);
-    const OrbitPlane tilted{{1, 0, 0}, {0, 0.8, 0.6}};
+    const OrbitPlane orbit_plane{{1, 0, 0}, {0, 0.8, 0.6}};
     std::vector<RayInput> rays;
     std::vector<double> impact;
     for (int i = 0; i < 100; ++i) {
         // The rays hit the ball before their turning points, or pass the hole at a distance and hit the plane.
         impact.push_back((on_ball ? 2.1 : 5) + 0.0125 * i);
-        rays.push_back(ray_inward(tilted, impact.back(), start_radius, {0, 0, 0}));
+        rays.push_back(ray_inward(orbit_plane, impact.back(), start_radius, {0, 0, 0}));
     }
     std::vector<RayEnd> ends;
     trace(*plan, start_rays(*plan, rays), ends);
@@ -60,9 +60,9 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
         EXPECT_FALSE(ends[i].unrefined);
         const auto [radius, angle, v] = exact_hit(on_ball, impact[i]);
         const double c = std::cos(angle), s = std::sin(angle), speed = std::hypot(v.radial, v.transverse);
-        const Double3 q = tilted.at(radius * c, radius * s);
+        const Double3 q = orbit_plane.at(radius * c, radius * s);
         const Double3 d =
-            tilted.at((v.radial * c - v.transverse * s) / speed, (v.radial * s + v.transverse * c) / speed);
+            orbit_plane.at((v.radial * c - v.transverse * s) / speed, (v.radial * s + v.transverse * c) / speed);
         for (std::size_t k = 0; k < 3; ++k) {
             sum.position += std::pow(ends[i].q[k] - q[k], 2);
             sum.direction += std::pow(ends[i].v[k] - d[k], 2);
@@ -74,14 +74,15 @@ Errors errors(const std::string& strategy, bool on_ball, const char* method, con
     return {std::sqrt(sum.position / n), std::sqrt(sum.direction / n), sum.off_surface};
 }
 
-// The speed of a ray varies along a long step. The hit on a small ball must nevertheless be the first one, on the near
-// side, where the velocity points into the ball.
+// The speed of a ray varies along a long step. The hit on a small ball must nevertheless be the first intersection,
+// where the velocity points into the ball.
 TEST(Hits, OnSmallBallsAreOnTheNearSide) {
     struct View {
         const char *space, *camera, *look_at, *center;
         double radius;
     };
     constexpr const char *before_hole = "[0.3, -6, 0.2]", *near_ball = "[-0.24, -3.3, 0.45]";
+    // Light that is emitted towards `bent_towards` is bent by the hole and hits the ball at `far_ball`.
     constexpr const char *beside_hole = "[0, -6, 0]", *bent_towards = "[8.69, -0.545, 0]", *far_ball = "[16, 13, 0]";
     const View views[] = {{"hamiltonian = \"wormhole\"\nthroat = 0.1", before_hole, near_ball, near_ball, 0.19},
                           {"hamiltonian = \"schwarzschild\"\nrg = 0.05", before_hole, near_ball, near_ball, 0.19},
@@ -136,11 +137,11 @@ protected:
     /// Tolerance of measured orders. Error terms of higher order contribute to the coarse error, rounding errors to the
     /// fine error.
     static constexpr double tolerance = 0.5;
-    /// Rounding error of a coordinate of size 20, as at the start of the rays.
+    /// Rounding error of a coordinate of size 20, the radius at the start of the rays.
     static constexpr double rounding = 20 * std::numeric_limits<double>::epsilon();
 };
 
-// A fisheye focuses light, so that a chord may miss an object that its ray hits, although the chord deviates from the
+// A fisheye focuses light, so that a chord may miss an object that the ray hits, although the chord deviates from the
 // ray by a small fraction of a pixel. Status and object with long steps are compared with those of short steps; at most
 // 0.2 % of the rays may differ.
 TEST(Hits, ObjectsInAFisheyeMatchShortSteps) {

@@ -1,6 +1,6 @@
-// Ends of rays around black holes by different methods. The tests compare hits on surfaces inside the photon sphere
-// with the critical impact parameter, and ends of rays that never enter the escape sphere with the perihelion. Captured
-// rays must end on the horizon.
+// Tests the ends of rays around black holes with different methods. Rays must hit surfaces inside the photon sphere if
+// and only if their impact parameter is below the critical one. Rays that never enter the escape sphere must end at
+// their perihelion, and captured rays on the horizon.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 /// Returns a ray that starts at (r, 0, 0) and moves inward with the impact parameter b, for r_g = 1. Its direction
 /// follows from dr/dλ = −√(1 − (1 − 1/r) b²/r²) and r dφ/dλ = b/r.
-RayInput inward(double r, double b) {
+RayInput ingoing_ray(double r, double b) {
     return {{r, 0, 0}, {-std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), b / r, 0}};
 }
 
@@ -21,12 +21,12 @@ double radius_of(const RayEnd& end) {
     return std::hypot(end.q[0], end.q[1], end.q[2]);
 }
 
-/// Settings that select a method; empty strings are ignored.
-constexpr const char* methods[][2] = {{"", ""},
-                                      {"integrator.symmetry=none", ""},
-                                      {"integrator.method=gauss8", ""},
-                                      {"integrator.method=verlet", "integrator.step=0.02"},
-                                      {"integrator.method=rkf78", "integrator.tolerance=1e-10"}};
+/// Pairs of settings that select a method and its step; empty strings are ignored.
+constexpr const char* method_settings[][2] = {{"", ""},
+                                              {"integrator.symmetry=none", ""},
+                                              {"integrator.method=gauss8", ""},
+                                              {"integrator.method=verlet", "integrator.step=0.02"},
+                                              {"integrator.method=rkf78", "integrator.tolerance=1e-10"}};
 
 class HoleEnds : public testing::TestWithParam<const char*> {
 protected:
@@ -45,7 +45,7 @@ protected:
 // A ball inside the photon sphere is hit by exactly the rays with b < 3√3/2 r_g (Bardeen 1973).
 TEST_P(HoleEnds, RaysBelowTheCriticalImpactParameterHitBallsInsideThePhotonSphere) {
     for (const double radius : {1.49, 1.3, 1.02})
-        for (const auto& settings : methods) {
+        for (const auto& settings : method_settings) {
             const std::string scene =
                 "space.hamiltonian = \"schwarzschild\"\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = "
                 "[0, 0, 1]\n"
@@ -53,7 +53,7 @@ TEST_P(HoleEnds, RaysBelowTheCriticalImpactParameterHitBallsInsideThePhotonSpher
                 std::to_string(radius) + "\n";
             const double critical = 1.5 * std::numbers::sqrt3;
             std::vector<RayInput> rays;
-            for (int i = 0; i < 40; ++i) rays.push_back(inward(10, 0.075 + 0.15 * i));
+            for (int i = 0; i < 40; ++i) rays.push_back(ingoing_ray(10, 0.075 + 0.15 * i));
             const std::vector<RayEnd> ends = ends_of(scene, settings, rays);
             for (std::size_t i = 0; i < ends.size(); ++i) {
                 const double b = 0.075 + 0.15 * double(i);
@@ -70,13 +70,13 @@ TEST_P(HoleEnds, RaysBelowTheCriticalImpactParameterHitBallsInsideThePhotonSpher
 // Rays that never enter the escape sphere escape at their perihelion. It is the greatest root of r³ = b² (r − r_g)
 // (Chandrasekhar 1983, §20).
 TEST_P(HoleEnds, RaysThatMissTheEscapeSphereEndAtTheirPerihelion) {
-    for (const auto& settings : methods) {
+    for (const auto& settings : method_settings) {
         const std::string scene =
             "space.hamiltonian = \"schwarzschild\"\n[integrator]\nescape_radius = 20\n[camera]\nposition = [0, -40, "
             "0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
             "[film]\nsize = [4, 4]\n";
         std::vector<RayInput> rays;
-        for (int i = 0; i < 17; ++i) rays.push_back(inward(40, 21.5 + i));
+        for (int i = 0; i < 17; ++i) rays.push_back(ingoing_ray(40, 21.5 + i));
         const std::vector<RayEnd> ends = ends_of(scene, settings, rays);
         for (std::size_t i = 0; i < ends.size(); ++i) {
             const double b = 21.5 + double(i);
@@ -91,17 +91,18 @@ TEST_P(HoleEnds, RaysThatMissTheEscapeSphereEndAtTheirPerihelion) {
     }
 }
 
-// Listed rays are integrated to the horizon, up to a relative distance of 0.001, or to a given λ. For radial rays
-// around a Schwarzschild black hole λ is the change of r, because H = 0 implies p·x/r = −p_t. The horizon of Kerr's
-// black hole is a spheroid with the half axis r₊ along the axis of rotation and √(r₊² + a²) in the equatorial plane.
+// Rays that are given as a list are integrated to the horizon, up to a relative distance of 0.001, or to a given λ. For
+// radial rays around a Schwarzschild black hole λ is the change of r, because H = 0 implies p·x/r = −p_t. The horizon
+// of Kerr's black hole is a spheroid with the half axis r₊ along the axis of rotation and √(r₊² + a²) in the equatorial
+// plane.
 TEST_P(HoleEnds, CapturedRaysEndOnTheHorizon) {
     const std::string view =
         "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
     const std::vector<RayInput> rays{{{0, 0, 10}, {0, 0, -1}},
                                      {{0, 0, 1.4}, {0, 0, -1}},
-                                     inward(10, 1),
-                                     inward(1.3, 0.4)};
-    for (const auto& settings : methods) {
+                                     ingoing_ray(10, 1),
+                                     ingoing_ray(1.3, 0.4)};
+    for (const auto& settings : method_settings) {
         SCOPED_TRACE(testing::Message() << settings[0] << " " << settings[1]);
         const std::vector<RayEnd> ends = ends_of("[space]\nhamiltonian = \"schwarzschild\"\n" + view, settings, rays);
         for (const RayEnd& end : ends) {
@@ -133,8 +134,8 @@ TEST_P(HoleEnds, CapturedRaysEndOnTheHorizon) {
     }
 }
 
-// A fixed step without time rescaling is too long near a hole. The default is therefore an adaptive method, which is
-// compared with a fixed short step.
+// Without time rescaling, a fixed step that is efficient far from a hole is too long near it. The default is therefore
+// an adaptive method, which is compared with a fixed short step.
 TEST(HoleEndsWithoutRescaling, DefaultMatchesFineSteps) {
     const std::string scene =
         "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.08\n[integrator]\nrescale = \"none\"\nescape_radius = 4\n"

@@ -1,5 +1,5 @@
-// Directions of light that starts close to a horizon, where its momentum is large. Rays with the default method and
-// step are compared with rays by other methods with smaller steps.
+// Tests the final directions of rays that start close to a horizon, where their momentum is large. Rays with the
+// default method and step are compared with rays by other methods with smaller steps.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -18,33 +18,34 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& start
     return ends;
 }
 
-/// Returns the distance of the unit directions of two ray ends.
+/// Returns the length of the difference of the unit directions of two ray ends.
 double direction_difference(const RayEnd& a, const RayEnd& b) {
     return std::hypot(a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]);
 }
 
-// Near the horizon r₊, outgoing light has p ∝ 1/(r − r₊), so that the default step must decrease with this distance.
+// Near the horizon r₊, outgoing light has p ∝ 1/(r − r₊), so that the default step must decrease with r − r₊.
 // The reference is an adaptive method with the tolerance 1e-12.
 TEST(Kerr, DirectionsFromNearTheHorizonMatchAFineStep) {
     for (const double spin : {0.5, 0.9}) {
         const std::string space = "space = { hamiltonian = \"kerr\", spin = " + std::to_string(spin) + " }\n";
-        const std::string rest =
+        const std::string other_settings =
             "escape_radius = 30\nmax_steps = 1000000\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\n"
             "up = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
-        const auto plan = plan_of_text(space + "[integrator]\n" + rest, {}, with_strategy("packet"), false);
+        const auto plan = plan_of_text(space + "[integrator]\n" + other_settings, {}, with_strategy("packet"), false);
         const auto fine =
-            plan_of_text(space + "[integrator]\nmethod = \"dp54\"\ntolerance = 1e-12\nstep = 0.001\n" + rest, {},
-                         with_strategy("packet"), false);
+            plan_of_text(space + "[integrator]\nmethod = \"dp54\"\ntolerance = 1e-12\nstep = 0.001\n" + other_settings,
+                         {}, with_strategy("packet"), false);
         for (const double height : {0.1, 0.01}) {  // height above the horizon, in units of r₊
             const double r = (1 + std::sqrt(1 - spin * spin)) * (1 + height);
             std::vector<RayInput> rays;
             for (const double theta : {0.35, 1.05, std::numbers::pi / 2})
                 for (int i = 0; i < 40; ++i) {
-                    const double across = std::hypot(r, spin) * std::sin(theta), z = 1 - (i + 0.5) / 20,
-                                 turn = 2.399963 * i;
+                    // rho: distance of the start from the axis of rotation.
+                    const double rho = std::hypot(r, spin) * std::sin(theta), z = 1 - (i + 0.5) / 20,
+                                 azimuth = 2.399963 * i;
                     const double s = std::sqrt(1 - z * z);
-                    rays.push_back({{across * std::cos(0.3), across * std::sin(0.3), r * std::cos(theta)},
-                                    {s * std::cos(turn), s * std::sin(turn), z}});
+                    rays.push_back({{rho * std::cos(0.3), rho * std::sin(0.3), r * std::cos(theta)},
+                                    {s * std::cos(azimuth), s * std::sin(azimuth), z}});
                 }
             const auto ends = ends_of(*plan, start_rays(*plan, rays, ObserverKind::zamo)),
                        expected = ends_of(*fine, start_rays(*fine, rays, ObserverKind::zamo));
@@ -58,7 +59,7 @@ TEST(Kerr, DirectionsFromNearTheHorizonMatchAFineStep) {
             ASSERT_GE(errors.size(), 3u);
             std::sort(errors.begin(), errors.end());
             EXPECT_LT(errors[errors.size() / 2], 1e-6) << "spin " << spin << ", height " << height;
-            // The greatest error is that of a ray that circles the hole, which amplifies all errors.
+            // The greatest error is that of a ray that circles the hole, because circling amplifies all errors.
             EXPECT_LT(errors.back(), 1e-3) << "spin " << spin << ", height " << height;
         }
     }

@@ -1,4 +1,4 @@
-// Ends of rays inside long steps, compared with parabolas, circles and edges in closed form.
+// Tests the ends of rays that lie inside long steps. They are compared with closed forms and with rays of short steps.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,8 @@ std::string scene_of(const std::string& space, const std::string& integrator, co
            "\n[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n" + objects;
 }
 
-std::vector<RayInput> rays_around(const Double3& position, int n) {
+/// Returns n rays from one position in different directions.
+std::vector<RayInput> rays_from(const Double3& position, int n) {
     std::vector<RayInput> rays;
     for (int i = 0; i < n; ++i) rays.push_back({position, {std::cos(i * 0.7), std::sin(i * 0.7), std::cos(i * 1.9)}});
     return rays;
@@ -52,7 +53,7 @@ struct Parabola {
     }
 };
 
-/// Returns the distance of a position from a sphere around the origin; positive inside.
+/// Returns the distance of a position from a sphere around the origin. The distance is negative outside the sphere.
 double depth_in_sphere(const Double3& q, double radius) {
     return radius - std::hypot(q[0], q[1], q[2]);
 }
@@ -64,7 +65,7 @@ TEST_P(LongSteps, ParabolasEscapeAtTheFirstCrossingOfTheEscapeSphere) {
             const std::string scene = scene_of("hamiltonian = \"gradient\"\nn0 = 1.5\ng = " + std::to_string(g),
                                                "tolerance = 1e-10\nescape_radius = " + std::to_string(radius));
             const auto plan = plan_of(scene, {std::string("integrator.method=") + method});
-            const auto starts = start_rays(*plan, rays_around({0, -0.25 * radius, 0.015 * radius}, 60));
+            const auto starts = start_rays(*plan, rays_from({0, -0.25 * radius, 0.015 * radius}, 60));
             std::vector<RayEnd> ends;
             trace(*plan, starts, ends);
             for (std::size_t i = 0; i < starts.size(); ++i) {
@@ -85,7 +86,7 @@ TEST_P(LongSteps, ParabolasEscapeAtTheFirstCrossingOfTheEscapeSphere) {
 
 // The floor extends beyond the escape sphere. Only rays that reach it before they leave the sphere must hit it.
 TEST_P(LongSteps, ParabolasHitTheFloorOnlyInsideTheEscapeSphere) {
-    constexpr double g = 0.3, radius = 5, floor = -1, half = 20;
+    constexpr double g = 0.3, radius = 5, floor = -1, half_width = 20;
     const std::string objects =
         "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-20, -20, -1]\nedge_u = [40, 0, 0]\nedge_v = "
         "[0, 40, 0]\n";
@@ -93,7 +94,7 @@ TEST_P(LongSteps, ParabolasHitTheFloorOnlyInsideTheEscapeSphere) {
         const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3",
                                            "tolerance = 1e-12\nescape_radius = 5", objects),
                                   {std::string("integrator.method=") + method});
-        const auto starts = start_rays(*plan, rays_around({0.5, -1, 0.7}, 300));
+        const auto starts = start_rays(*plan, rays_from({0.5, -1, 0.7}, 300));
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
         std::size_t hits = 0, escaped_above_floor = 0;
@@ -103,12 +104,14 @@ TEST_P(LongSteps, ParabolasHitTheFloorOnlyInsideTheEscapeSphere) {
             const double t_sphere =
                 parabola.first_zero([&](const Double3& q) { return depth_in_sphere(q, radius); }, 400);
             const double t_floor = parabola.first_zero([&](const Double3& q) { return q[2] - floor; }, 400);
-            const Double3 landing = parabola.at(t_floor);
-            const double outside = std::max(std::abs(landing[0]), std::abs(landing[1])) - half;
-            if (std::abs(outside) < 1e-6 || std::abs(t_sphere - t_floor) < 1e-6) continue;  // at an edge
+            const Double3 floor_point = parabola.at(t_floor);
+            // Distance outside the edges of the floor; negative inside.
+            const double outside = std::max(std::abs(floor_point[0]), std::abs(floor_point[1])) - half_width;
+            // Rounding decides the status of rays that pass so close to an edge.
+            if (std::abs(outside) < 1e-6 || std::abs(t_sphere - t_floor) < 1e-6) continue;
             const bool hit = outside < 0 && t_floor < t_sphere;
             ASSERT_EQ(ends[i].status, hit ? Status::hit : Status::escaped);
-            const Double3 end = hit ? landing : parabola.at(t_sphere);
+            const Double3 end = hit ? floor_point : parabola.at(t_sphere);
             for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].q[k], end[k], 1e-7);
             hits += hit;
             escaped_above_floor += outside < 0 && !hit;
@@ -146,7 +149,8 @@ TEST_P(LongSteps, ParabolasHitALidBelowTheirHighestPoint) {
         }
 }
 
-// Steps of up to 1e9 are much longer than the scene. They must be halved until chords approximate the parabola.
+// Steps of length 2e3 to 1e9 are much longer than the scene. They must be halved until their chords approximate the
+// parabola.
 TEST_P(LongSteps, ExtremelyLongStepsFindTheFloor) {
     const double g = 0.1, floor = -2;
     const std::string object =
@@ -170,7 +174,7 @@ TEST_P(LongSteps, ExtremelyLongStepsFindTheFloor) {
     }
 }
 
-// A step may end exactly at the origin.
+// A step may end exactly at the origin, where |q| = 0. The rays are straight, because g is negligible.
 TEST_P(LongSteps, RaysContinueThroughTheOrigin) {
     for (const char* method : {"srkn6", "gauss8", "rk4"}) {
         const auto plan = plan_of(scene_of("hamiltonian = \"gradient\"\ng = 1e-300", "step = 0.25\nescape_radius = 10"),
@@ -198,8 +202,8 @@ TEST_P(LongSteps, SurfacesOutsideTheEscapeSphereAreIgnored) {
         }
 }
 
-// Rays that move up in the mirage are accelerated towards n = 0, and escape at the edge n = n_min. A long step may pass
-// over both.
+// Rays that move up in the mirage are accelerated towards n = 0, and escape before it, at the edge n = n_min. A long
+// step may pass over the edge and the zero of n.
 TEST_P(LongSteps, RaysInTheMirageEscapeAtItsEdge) {
     constexpr double n_min = 0.05;
     for (const char* method : {"srkn6", "dp5", "gauss8", "rkf78"})
@@ -220,14 +224,14 @@ TEST_P(LongSteps, RaysInTheMirageEscapeAtItsEdge) {
                 EXPECT_NEAR(n, n_min, 1e-6);
                 EXPECT_GT(q[2], 1.3);
                 EXPECT_NEAR(ends[i].p[1], starts[i].p[1], 1e-9);  // H does not depend on y
-                const double square =
+                const double p_squared =
                     ends[i].p[0] * ends[i].p[0] + ends[i].p[1] * ends[i].p[1] + ends[i].p[2] * ends[i].p[2];
-                EXPECT_NEAR(0.5 * n * square, 0.5, 0.04) << "H";
+                EXPECT_NEAR(0.5 * n * p_squared, 0.5, 0.04) << "H";
             }
         }
 }
 
-// The reported energy error must not include that of the part of the last step beyond the edge.
+// The reported energy error must not include the error of the part of the last step that lies beyond the edge.
 TEST_P(LongSteps, EnergyErrorIsThatOfTheRayUpToTheEdge) {
     Options options = with_strategy(GetParam());
     options.energy_error = true;
@@ -238,13 +242,14 @@ TEST_P(LongSteps, EnergyErrorIsThatOfTheRayUpToTheEdge) {
     EXPECT_LT(ends[0].energy_error, 1e-3);
 }
 
-// The default step is proportional to the size of the medium, so that rays in fisheyes of different sizes are similar.
+// The default step is proportional to the size of the medium, so that rays in fisheyes of different sizes are
+// geometrically similar.
 TEST_P(LongSteps, FisheyesOfDifferentSizesHaveSimilarRays) {
     std::vector<RayEnd> ends[3];
     const double sizes[3] = {1, 0.01, 100};
     for (int i = 0; i < 3; ++i) {
         const double size = sizes[i];
-        std::vector<RayInput> rays = rays_around({0.3 * size, -0.4 * size, 0.2 * size}, 30);
+        std::vector<RayInput> rays = rays_from({0.3 * size, -0.4 * size, 0.2 * size}, 30);
         const auto plan = plan_of(scene_of("hamiltonian = \"fisheye\"\nradius = " + std::to_string(size),
                                            "escape_radius = " + std::to_string(1.5 * size)));
         trace(*plan, start_rays(*plan, rays), ends[i]);
@@ -268,10 +273,10 @@ TEST_P(LongSteps, DefaultInAWormholeMatchesFineSteps) {
             rays.push_back({{-distance, 0, 0.6}, {1, 0.01, -0.6 / distance + 0.012 * (i - 20) / distance}});
     std::vector<RayEnd> ends, expected;
     const std::string scene = scene_of("hamiltonian = \"wormhole\"", "escape_radius = 30");
-    const auto by_default = plan_of(scene);
-    const auto fine = plan_of(scene, {"integrator.method=gauss16", "integrator.step=0.05"});
-    trace(*by_default, start_rays(*by_default, rays), ends);
-    trace(*fine, start_rays(*fine, rays), expected);
+    const auto default_plan = plan_of(scene);
+    const auto fine_plan = plan_of(scene, {"integrator.method=gauss16", "integrator.step=0.05"});
+    trace(*default_plan, start_rays(*default_plan, rays), ends);
+    trace(*fine_plan, start_rays(*fine_plan, rays), expected);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         ASSERT_EQ(ends[i].status, expected[i].status) << i;
         for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i].v[k], expected[i].v[k], 3e-5) << i;

@@ -1,4 +1,4 @@
-// Rays in media, compared with closed forms: circles, parabolas, harmonic oscillations, Snell's law, and a focus.
+// Compares rays in media with closed forms: circles, parabolas, harmonic oscillations, Snell's law, and a focus.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -18,19 +18,19 @@ std::string medium(const std::string& space, const std::string& integrator) {
 class Media : public testing::TestWithParam<const char*> {
 protected:
     static std::vector<RayEnd> trace_all(const std::string& scene, const std::vector<RayInput>& rays,
-                                         double parameter = std::numeric_limits<double>::infinity()) {
+                                         double parameter_limit = std::numeric_limits<double>::infinity()) {
         const auto plan = plan_of_text(scene, {}, with_strategy(GetParam()), false);
-        plan->run.parameter_limit = parameter;
+        plan->run.parameter_limit = parameter_limit;
         std::vector<RayEnd> ends;
         trace(*plan, start_rays(*plan, rays), ends);
         return ends;
     }
 };
 
-constexpr double accuracy = 1e-9;
+constexpr double tolerance = 1e-9;
 
-// With symmetry, coordinates on which H does not depend are updated once per step, not in every substep. The ends must
-// be equal to rounding to those without symmetry.
+// With symmetry = "auto", coordinates on which H does not depend are updated once per step, not in every substep. The
+// ends must be equal, up to rounding, to those with symmetry = "none".
 TEST_P(Media, SymmetryOfStratifiedMediaDoesNotChangeRays) {
     const char* const spaces[] = {"hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0.3", "hamiltonian = \"layer\"",
                                   "hamiltonian = \"duct\"", "hamiltonian = \"mirage\""};
@@ -61,7 +61,8 @@ TEST_P(Media, SymmetryOfStratifiedMediaDoesNotChangeRays) {
     }
 }
 
-// A constant factor of the index of refraction changes neither the rays nor the number of steps by default.
+// A constant factor of the index of refraction must change neither the rays nor the number of steps, if the step has
+// its default.
 TEST_P(Media, RaysDoNotDependOnAFactorOfTheIndex) {
     const std::vector<RayInput> rays{{{-0.7, 0.2, 0.1}, {0.3, 0.85, 0.19}}, {{0.3, -0.1, 0.4}, {-0.5, 0.2, 0.4}}};
     for (const char* space : {"hamiltonian = \"fiber\"", "hamiltonian = \"fisheye\"", "hamiltonian = \"shimmer\""}) {
@@ -74,13 +75,13 @@ TEST_P(Media, RaysDoNotDependOnAFactorOfTheIndex) {
                 SCOPED_TRACE(testing::Message() << space << ", n0 = " << indices[i] << ", ray " << ray);
                 ASSERT_EQ(ends[i][ray].status, ends[0][ray].status);
                 EXPECT_EQ(ends[i][ray].steps, ends[0][ray].steps);
-                for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i][ray].q[k], ends[0][ray].q[k], accuracy);
+                for (int k = 0; k < 3; ++k) EXPECT_NEAR(ends[i][ray].q[k], ends[0][ray].q[k], tolerance);
             }
     }
 }
 
-/// The circle of a ray in Maxwell's fisheye of radius 1 (Born & Wolf, §4.2.2). It passes through q in direction d, lies
-/// in the plane of both, and the power of the origin with respect to it is −1.
+/// The circle of a ray in Maxwell's fisheye of radius 1 (Born & Wolf, §4.2.2). It passes through q in direction d, and
+/// lies in the plane spanned by q and d. The power of the origin with respect to the circle is −1.
 struct FisheyeCircle {
     Double3 centre;
     double radius;
@@ -117,9 +118,9 @@ TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
     std::vector<RayEnd> ends;
     for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
         const FisheyeCircle circle(starts[point.ray].q, starts[point.ray].p);
-        EXPECT_NEAR(circle.error(point.q), 0, accuracy) << "ray " << point.ray << ", step " << point.step;
+        EXPECT_NEAR(circle.error(point.q), 0, tolerance) << "ray " << point.ray << ", step " << point.step;
     }
-    // Up to λ = 30, rays whose circles do not extend far from the centre complete a full circle.
+    // Up to λ = 30, rays on circles within the distance 2.5 from the centre complete a full circle.
     plan->run.parameter_limit = 30;
     std::vector<double> nearest(rays.size(), 1e300);
     for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
@@ -131,12 +132,12 @@ TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
         const FisheyeCircle circle(starts[i].q, starts[i].p);
         if (std::hypot(circle.centre[0], circle.centre[1], circle.centre[2]) + circle.radius > 2.5) continue;
         ++full_circles;
-        EXPECT_LT(nearest[i], 0.02) << i;  // the length of a step is 0.02 N = 0.009 there
+        EXPECT_LT(nearest[i], 0.02) << i;  // near the image, the length of a step is 0.02 N = 0.009
     }
     EXPECT_GE(full_circles, 5u);
 }
 
-// z = z0 + p_z τ − g τ²/4, x = x0 + p_x τ.
+// The closed form is z = z0 + p_z τ − g τ²/4, x = x0 + p_x τ.
 TEST_P(Media, RaysInGradientAreParabolas) {
     const double g = 0.1, tau = 3.5;
     const std::string scene = medium("hamiltonian = \"gradient\"\nn0 = 1\ng = 0.1", "step = 0.1\nescape_radius = 1000");
@@ -147,9 +148,9 @@ TEST_P(Media, RaysInGradientAreParabolas) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         const RayStart& s = starts[i];
         EXPECT_EQ(ends[i].parameter, tau);
-        EXPECT_NEAR(ends[i].q[0], s.q[0] + s.p[0] * tau, accuracy);
-        EXPECT_NEAR(ends[i].q[1], s.q[1] + s.p[1] * tau, accuracy);
-        EXPECT_NEAR(ends[i].q[2], s.q[2] + s.p[2] * tau - g * tau * tau / 4, accuracy);
+        EXPECT_NEAR(ends[i].q[0], s.q[0] + s.p[0] * tau, tolerance);
+        EXPECT_NEAR(ends[i].q[1], s.q[1] + s.p[1] * tau, tolerance);
+        EXPECT_NEAR(ends[i].q[2], s.q[2] + s.p[2] * tau - g * tau * tau / 4, tolerance);
     }
 }
 
@@ -164,21 +165,21 @@ TEST_P(Media, RaysInFiberAreHarmonic) {
     const auto starts = start_rays(*plan, rays);
     for (std::size_t i = 0; i < rays.size(); ++i)
         for (int k = 0; k < 2; ++k) {
-            EXPECT_NEAR(full[i].q[k], starts[i].q[k], accuracy);
-            EXPECT_NEAR(quarter[i].q[k], starts[i].p[k] / omega, accuracy);
-            EXPECT_NEAR(quarter[i].p[k], -starts[i].q[k] * omega, accuracy);
+            EXPECT_NEAR(full[i].q[k], starts[i].q[k], tolerance);
+            EXPECT_NEAR(quarter[i].q[k], starts[i].p[k] / omega, tolerance);
+            EXPECT_NEAR(quarter[i].p[k], -starts[i].q[k] * omega, tolerance);
         }
 }
 
-// n sin θ is equal on both sides of the layer. Beyond the critical angle all light is reflected.
+// Snell's law: n sin θ is equal on both sides of the layer. Beyond the critical angle all light is reflected.
 TEST_P(Media, LayerObeysSnellsLaw) {
     const std::string scene = medium("hamiltonian = \"layer\"\nn_below = 1.5\nn_above = 1.0\nthickness = 0.1",
                                      "step = 0.01\nescape_radius = 60");
     const double critical = std::asin(1 / 1.5);
     std::vector<double> angles;
     std::vector<RayInput> rays;
-    for (const double share : {0.0, 0.3, 0.7, 0.95, 1.05, 1.3, 1.6}) {
-        angles.push_back(share * critical);
+    for (const double fraction : {0.0, 0.3, 0.7, 0.95, 1.05, 1.3, 1.6}) {
+        angles.push_back(fraction * critical);
         rays.push_back({{0, 0, -2}, {std::sin(angles.back()), 0, std::cos(angles.back())}});
     }
     const auto ends = trace_all(scene, rays);
@@ -186,8 +187,8 @@ TEST_P(Media, LayerObeysSnellsLaw) {
         ASSERT_EQ(ends[i].status, Status::escaped);
         const bool transmitted = angles[i] < critical;
         EXPECT_EQ(ends[i].q[2] > 0, transmitted) << angles[i];
-        EXPECT_NEAR(ends[i].v[0], transmitted ? 1.5 * std::sin(angles[i]) : std::sin(angles[i]), accuracy);
-        EXPECT_NEAR(ends[i].v[2], (transmitted ? 1 : -1) * std::sqrt(1 - ends[i].v[0] * ends[i].v[0]), accuracy);
+        EXPECT_NEAR(ends[i].v[0], transmitted ? 1.5 * std::sin(angles[i]) : std::sin(angles[i]), tolerance);
+        EXPECT_NEAR(ends[i].v[2], (transmitted ? 1 : -1) * std::sqrt(1 - ends[i].v[0] * ends[i].v[0]), tolerance);
     }
 }
 
@@ -269,7 +270,7 @@ TEST_P(Media, ShimmerDependsOnlyOnItsSeed) {
     const auto straight = trace_all(scene("amplitude = 0"), rays);
     EXPECT_EQ(first[0].q[1], repeated[0].q[1]);
     EXPECT_GT(std::abs(first[0].q[1] - second[0].q[1]), 1e-3);
-    EXPECT_NEAR(straight[0].v[1] / straight[0].v[0], 0.2, accuracy);
+    EXPECT_NEAR(straight[0].v[1] / straight[0].v[0], 0.2, tolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Strategies, Media, testing::Values("scalar", "packet"),

@@ -1,5 +1,5 @@
-// Methods that integrate rays in their orbit plane. The ends are compared with those of the general path and with
-// closed forms. Such methods must be the default where they apply.
+// Tests methods that integrate rays in their orbit plane. The ends are compared with those of rays on the general path,
+// and with closed forms. Such methods must be the default in spaces that support them.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
 
@@ -58,7 +58,7 @@ TEST(OrbitPlane, RaysMatchTheGeneralPath) {
     }
 }
 
-// Rays through the throat of a wormhole change sheets. Rays in a fisheye are closed orbits. λ is compared as well.
+// Rays through the throat of a wormhole change to the second sheet, and rays in a fisheye are closed orbits.
 TEST(OrbitPlane, RaysInOtherSphericalSpacesMatchTheGeneralPath) {
     const auto plan_of = [](const std::string& space, const Overrides& settings) {
         const std::string scene = "space = { hamiltonian = \"" + space +
@@ -97,8 +97,8 @@ TEST(OrbitPlane, RaysInOtherSphericalSpacesMatchTheGeneralPath) {
     }
 }
 
-// Rays on eccentric circles, along which the radius and the index of refraction vary by large factors. They must hit
-// the ball at the same pixels as on the general path.
+// The rays are circles whose centres are far from the centre of the fisheye, so that the radius and the index of
+// refraction vary by large factors. The rays must hit the ball in the same pixels as on the general path.
 TEST(OrbitPlane, RaysOnEccentricCirclesInAFisheyeHitTheSameBall) {
     const std::string scene =
         "[space]\nhamiltonian = \"fisheye\"\nradius = 4\n[integrator]\nescape_radius = 60\nmax_steps = 1000\n"
@@ -142,11 +142,11 @@ TEST(OrbitPlane, RaysFromNearAndInsideTheHorizonMatchTheGeneralPath) {
     for (const auto& [observer, r] : observers) {
         std::vector<RayInput> rays;
         for (int k = 0; k <= 24; ++k) {
-            // So close to the horizon, only rays within 0.0026 of the outward direction escape from a static observer.
+            // From a static observer at r = (1 + 1e-6) r_g, only rays within 0.0026 of the outward direction escape.
             const double angle = (observer == std::string("static") ? 0.004 : std::numbers::pi) * (k + 0.5) / 25;
             rays.push_back({{0.5 + r, -3, 7}, {std::cos(angle), std::sin(angle), 0}});
         }
-        // Very close to the horizon the general path is less accurate: H is a small difference of large terms, with a
+        // At r = (1 + 1e-6) r_g the general path is less accurate: H is a small difference of large terms, with a
         // relative error of 1e-5.
         const double tolerance = r < 1 + 1e-5 && r > 1 ? 5e-4 : 1e-6;
         const auto general = ends_of(*hole_plan({"integrator.method=gauss12", "integrator.step=0.02"}), rays, observer);
@@ -188,8 +188,8 @@ TEST(OrbitPlane, EnergyErrorsOfFallingObserversAreSmall) {
             << precision;
 }
 
-// The derivative of the radius with respect to the angle is very large for a radial ray. Its square would overflow in
-// float.
+// The derivative of the radius with respect to the angle is very large on a radial ray: in float, its square would
+// overflow.
 TEST(OrbitPlane, RadialRaysHaveADirectionAtAnyEscapeRadius) {
     for (const char* radius : {"1e3", "1e5", "1e9"}) {
         Options options = with_strategy("packet");
@@ -204,8 +204,8 @@ TEST(OrbitPlane, RadialRaysHaveADirectionAtAnyEscapeRadius) {
     }
 }
 
-// The rays start at a distance of 1e5 r_g. A direction that is rounded to float would change the impact parameter by
-// 0.01 r_g. The start of an orbit is therefore computed in double.
+// The rays start at a distance of 1e5 r_g, where the rounding of the direction to float would change the impact
+// parameter by 0.01 r_g. The start of an orbit is therefore computed in double.
 TEST(OrbitPlane, DistantStartsInFloatMatchDouble) {
     std::vector<RayInput> rays;
     for (int k = 0; k < 16; ++k) {
@@ -232,7 +232,7 @@ TEST(OrbitPlane, DistantStartsInFloatMatchDouble) {
 }
 
 TEST(OrbitPlane, HitsMatchTheGeneralPath) {
-    const auto rendered = [](const Overrides& overrides) {
+    const auto render_room = [](const Overrides& overrides) {
         auto all = overrides;
         all.push_back("film.size=[96, 96]");
         all.push_back("film.layers=[\"status\", \"object\", \"depth\"]");
@@ -241,31 +241,31 @@ TEST(OrbitPlane, HitsMatchTheGeneralPath) {
         render(*plan, film, {});
         return film;
     };
-    const Film general = rendered({"integrator.method=gauss12", "integrator.step=0.2"});
-    // Depths must be equal to `tolerance`, except for at most three pixels. In the corner of two walls, the dense
-    // output of a step determines which of the walls is hit.
+    const Film general = render_room({"integrator.method=gauss12", "integrator.step=0.2"});
+    // Status, object and depth must agree, depth within `tolerance`, in all but three pixels. In the corner of two
+    // walls, the error of the dense output determines which wall is hit.
     const auto expect_same = [&](const Film& orbit, float tolerance) {
         int different = 0;
         for (std::size_t i = 0; i < 96 * 96; ++i) {
-            const bool same = orbit.plane("status")[i] == general.plane("status")[i] &&
-                              orbit.plane("object")[i] == general.plane("object")[i];
+            const bool same_surface = orbit.plane("status")[i] == general.plane("status")[i] &&
+                                      orbit.plane("object")[i] == general.plane("object")[i];
             const float error = std::abs(orbit.plane("depth")[i] - general.plane("depth")[i]);
-            different += !same || error > tolerance;
+            different += !same_surface || error > tolerance;
             EXPECT_LT(error, 2e-3f) << "pixel " << i;
         }
         EXPECT_LE(different, 3);
     };
-    expect_same(rendered({}), 1e-5f);
+    expect_same(render_room({}), 1e-5f);
     // Long steps are divided until their dense output is accurate enough.
     for (const char* step : {"integrator.step=1", "integrator.step=1.5", "integrator.step=1000"})
-        expect_same(rendered({"integrator.method=orbit-srkn11", step}), 1e-3f);
+        expect_same(render_room({"integrator.method=orbit-srkn11", step}), 1e-3f);
 }
 
 TEST(OrbitPlane, SettingsForTheGeneralPathSelectAnotherMethod) {
     for (const char* setting : {"integrator.symmetry=none", "integrator.step=0.3"})
         EXPECT_STREQ(hole_plan({setting})->method().name, "dp8") << setting;
     EXPECT_STREQ(hole_plan({"integrator.rescale=none", "integrator.step=0.01"})->method().name, "dp8");
-    // These settings require step control.
+    // With these settings the default is a method with step control.
     for (const char* setting : {"integrator.tolerance=1e-4", "integrator.rescale=none"})
         EXPECT_STREQ(hole_plan({setting})->method().name, "dp85") << setting;
     EXPECT_THROW(hole_plan({"integrator.symmetry=none", "integrator.method=orbit-srkn6"}), InputError);

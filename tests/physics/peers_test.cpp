@@ -1,6 +1,6 @@
-// The rays on which kagero is compared with other programs: 2048 null rays from r = 20 r_g past a Schwarzschild black
-// hole to r = 40 r_g. Their directions at the end are compared with elliptic integrals. The costs of the same rays are
-// measured by `kagero trace --json`.
+// Tests the accuracy of the rays on which kagero is compared with other programs: 2048 null rays from r = 20 r_g past a
+// Schwarzschild black hole to r = 40 r_g. Their directions at the end are compared with elliptic integrals. The command
+// `kagero trace --json` measures the cost of the same rays.
 #include "tests/support/greatest.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -23,8 +23,8 @@ double direction_angle(double b) {
     return swept + std::atan2(u, std::sqrt(1 / (b * b) - u * u * (1 - u)));
 }
 
-/// Returns the greatest error of the direction, in radians. The `count` impact parameters start at `least`, and their
-/// distance is `spacing`.
+/// Returns the greatest error of the direction, in radians, of `count` rays. Their impact parameters are the centres of
+/// intervals of length `spacing`, the first of which begins at `least`.
 double greatest_direction_error(const char* method, double step, double least, double spacing, int count) {
     const auto plan =
         plan_of_file(scene_file("hole.toml"),
@@ -47,27 +47,27 @@ double greatest_direction_error(const char* method, double step, double least, d
 }
 
 /// A method, a step size, and the greatest error that is allowed.
-struct Goal {
+struct AccuracyGoal {
     const char* method;
     double step, error;
 };
-class Peers : public testing::TestWithParam<Goal> {};
+class ComparisonRays : public testing::TestWithParam<AccuracyGoal> {};
 
-TEST_P(Peers, DirectionsMatchEllipticIntegrals) {
+TEST_P(ComparisonRays, DirectionsMatchEllipticIntegrals) {
     const auto [method, step, error] = GetParam();
     const double largest = greatest_direction_error(method, step, 3, 7.0 / 2048, 2048);
     RecordProperty("greatest_error", std::to_string(largest));
     EXPECT_LE(largest, error);
 }
-// Rays near the critical impact parameter circle the hole many times. bench/measured/rays.py uses this method as their
-// reference.
-TEST(PeersReference, DirectionsOfNearCriticalRaysMatchEllipticIntegrals) {
+// Rays near the critical impact parameter circle the hole many times. bench/measured/rays.py uses gauss16 with this
+// step as the reference of such rays.
+TEST(NearCriticalRays, DirectionsMatchEllipticIntegrals) {
     EXPECT_LE(greatest_direction_error("gauss16", 0.1, 2.599, 0.021 / 2048, 2048), 2e-10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Goals, Peers,
-                         testing::Values(Goal{"gauss8", 0.9, 2.5e-6}, Goal{"gauss8", 0.45, 1.8e-8},
-                                         Goal{"gauss12", 0.3, 1.1e-12}),
+INSTANTIATE_TEST_SUITE_P(Goals, ComparisonRays,
+                         testing::Values(AccuracyGoal{"gauss8", 0.9, 2.5e-6}, AccuracyGoal{"gauss8", 0.45, 1.8e-8},
+                                         AccuracyGoal{"gauss12", 0.3, 1.1e-12}),
                          [](const auto& goal) {
                              return std::string(goal.param.method) + "_" + std::to_string(goal.index);
                          });

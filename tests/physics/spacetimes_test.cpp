@@ -1,4 +1,4 @@
-// Rays around Kerr's black hole and through Ellis's wormhole, and rays of all kinds of observers, compared with closed
+// Compares rays around Kerr's black hole, rays through Ellis's wormhole, and rays of all kinds of observers with closed
 // forms.
 #include "tests/support/plan_fixture.h"
 
@@ -31,33 +31,37 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays,
     return ends_of(plan, start_rays(plan, rays, observer_of(observer)));
 }
 
-/// Returns the parameter in [inside, outside] that separates captured from escaped rays. Each round divides the
-/// interval by 64, until it is shorter than `width`.
+/// Returns the number x between `inside` and `outside` at which the rays ray_at(x) change from captured to escaped.
+/// Each round divides the interval that contains x by 64, until the interval is shorter than `width`.
 template <class RayAt>
 double capture_boundary(const Plan& plan, double inside, double outside, const RayAt& ray_at, double width) {
     while (std::abs(outside - inside) > width) {
         std::vector<RayStart> starts;
         for (int i = 0; i <= 64; ++i) starts.push_back(ray_at(inside + (outside - inside) * i / 64));
         const auto ends = ends_of(plan, starts);
-        int first = 0;
-        while (first <= 64 && ends[static_cast<std::size_t>(first)].status == Status::captured) ++first;
-        EXPECT_TRUE(first > 0 && first <= 64) << first << " in " << inside << ' ' << outside;
-        if (first == 0 || first > 64) break;
-        const double share = (outside - inside) / 64;
-        outside = inside + first * share;
-        inside = outside - share;
+        int captured_count = 0;
+        for (const RayEnd& end : ends) {
+            if (end.status != Status::captured) break;
+            ++captured_count;
+        }
+        EXPECT_TRUE(captured_count > 0 && captured_count <= 64) << captured_count << " in " << inside << ' ' << outside;
+        if (captured_count == 0 || captured_count > 64) break;
+        const double part = (outside - inside) / 64;
+        outside = inside + captured_count * part;
+        inside = outside - part;
     }
     return 0.5 * (inside + outside);
 }
 
 // The critical impact parameters in the equatorial plane are b = ±6M cos(⅓ arccos(∓a/M)) − a (Chandrasekhar 1983, §61,
-// eq. 82). Rays are integrated backward in time, so that x p_y − y p_x is −b of the light at p_t = 1.
+// eq. 82). Rays are integrated backward in time. At p_t = 1, the impact parameter of the light is therefore
+// b = −(x p_y − y p_x).
 TEST(Kerr, CriticalImpactParametersMatchTheClosedForm) {
     for (const double spin : {0.0, 0.5, 0.9, 0.998, 1.0}) {
         const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60");
         for (const double side : {1.0, -1.0}) {
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
-            const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to +x or −x
+            const auto ray_at = [&](double angle) {  // from (0, −50, 0) towards the hole, to −x or +x
                 return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
                                   ObserverKind::zamo)[0];
             };
@@ -98,13 +102,13 @@ TEST(Kerr, RaysWithoutTurningPointAreCaptured) {
                     const double p_theta =
                         (q[0] * p[0] + q[1] * p[1]) * cosine / std::sqrt(sine2) - r * std::sqrt(sine2) * p[2];
                     const double Q = p_theta * p_theta + cosine * cosine * (L * L / sine2 - a2 * pt * pt);
-                    double least = std::numeric_limits<double>::infinity();
+                    double least_R = std::numeric_limits<double>::infinity();
                     for (double s = 1 + std::sqrt(1 - a2); s < r; s += 1e-3) {  // R(s) from the horizon to the start
                         const double sum = (s * s + a2) * pt + a * L, dragged = L + a * pt;
-                        least = std::min(least, sum * sum - (s * s - 2 * s + a2) * (Q + dragged * dragged));
+                        least_R = std::min(least_R, sum * sum - (s * s - 2 * s + a2) * (Q + dragged * dragged));
                     }
-                    if (std::abs(least) < 0.1) continue;
-                    EXPECT_EQ(ends[i].status, least > 0 ? Status::captured : Status::escaped)
+                    if (std::abs(least_R) < 0.1) continue;
+                    EXPECT_EQ(ends[i].status, least_R > 0 ? Status::captured : Status::escaped)
                         << spin << ' ' << observer << ' ' << precision << ' ' << i;
                     EXPECT_LT(ends[i].steps, 200) << spin << ' ' << observer << ' ' << precision << ' ' << i;
                     captured += ends[i].status == Status::captured;
@@ -131,7 +135,7 @@ TEST(Kerr, RaysWithoutSpinMatchSchwarzschild) {
 TEST(Kerr, AngularMomentumAndCartersConstantAreConserved) {
     const double a = 0.9;
     const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 40");
-    const auto constant = [&](const double (&q)[3], const double (&p)[3], double pt) {
+    const auto carter_constant = [&](const double (&q)[3], const double (&p)[3], double pt) {
         const double b = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - a * a;
         const double r2 = 0.5 * (b + std::sqrt(b * b + 4 * a * a * q[2] * q[2])), r = std::sqrt(r2);
         const double cosine = q[2] / r, sine2 = 1 - cosine * cosine, l = q[0] * p[1] - q[1] * p[0];
@@ -149,7 +153,8 @@ TEST(Kerr, AngularMomentumAndCartersConstantAreConserved) {
         if (ends[i].status != Status::escaped) continue;
         ++compared;
         EXPECT_NEAR(angular_momentum(ends[i].q, ends[i].p), angular_momentum(starts[i].q, starts[i].p), 1e-9) << i;
-        const double before = constant(starts[i].q, starts[i].p, 1), after = constant(ends[i].q, ends[i].p, 1);
+        const double before = carter_constant(starts[i].q, starts[i].p, 1);
+        const double after = carter_constant(ends[i].q, ends[i].p, 1);
         EXPECT_NEAR(after, before, 1e-9 * (1 + std::abs(before))) << i;
     }
     EXPECT_GE(compared, 10u);
@@ -176,7 +181,8 @@ protected:
     }
 };
 
-// Rays with b < a end on the second sheet, at l = −30; rays with b > a end at l = 30.
+// The throat has the radius a = 1, and l is the proper distance from it. Rays with b < a end on the second sheet, at
+// l = −30. Rays with b > a end at l = 30.
 TEST_P(Wormhole, RaysBelowTheCriticalImpactParameterPassTheThroat) {
     for (const double distance : {1e-6, 1e-4, 1e-2, 0.5}) {
         const auto ends = ends_of(*plan, {ray(throat * (1 - distance)), ray(throat * (1 + distance))});
@@ -246,8 +252,8 @@ TEST(FallingObserver, ShadowMatchesAberration) {
     EXPECT_GT(shadow(0.7), shadow(1.0));  // inside the horizon
 }
 
-// The critical impact parameters do not depend on the observer. The left edge of the shadow has that of prograde light.
-// In the metric with t → −t, which falling observers use, the impact parameter is (x p_y − y p_x)/p_t.
+// The critical impact parameters do not depend on the observer. The left edge of the shadow has the impact parameter of
+// prograde light. In the metric with t → −t, which falling observers use, the impact parameter is (x p_y − y p_x)/p_t.
 TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
     for (const double spin : {0.9, 1.0}) {
         const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60",
@@ -267,7 +273,8 @@ TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
     EXPECT_THROW(start_rays(*without_observer, {{{0, -50, 0}, {0, 1, 0}}}, ObserverKind::falling), RunError);
 }
 
-// The zamo has zero angular momentum. Its energy is compared with the lapse of Bardeen, Press & Teukolsky (1972).
+// An observer of the kind `zamo` has zero angular momentum. Its energy is compared with the lapse of Bardeen, Press &
+// Teukolsky (1972).
 TEST(ZamoObserver, HasZeroAngularMomentumAndTheEnergyOfTheLapse) {
     const double a = 0.9, x = 4, r = std::sqrt(x * x - a * a);
     const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
@@ -276,9 +283,9 @@ TEST(ZamoObserver, HasZeroAngularMomentumAndTheEnergyOfTheLapse) {
     ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, map), Failure::none);
     // −offset is the covariant 4-velocity u of the observer. Its angular momentum is x u_y − y u_x.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
-    const double delta = r * r - 2 * r + a * a, big = (r * r + a * a) * (r * r + a * a) - a * a * delta;
-    EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / big), 1e-12);
-    // Inside the ergosphere (r < 2 in the equatorial plane) no static observer exists, but a zamo does.
+    const double delta = r * r - 2 * r + a * a, A = (r * r + a * a) * (r * r + a * a) - a * a * delta;
+    EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / A), 1e-12);
+    // Inside the ergosphere (r < 2 in the equatorial plane) no static observer exists, but an observer `zamo` exists.
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
     EXPECT_EQ(plan->scene->space.observe(ObserverKind::static_, inside, map), Failure::no_observer);
     EXPECT_EQ(plan->scene->space.observe(ObserverKind::zamo, inside, map), Failure::none);

@@ -1,5 +1,5 @@
-// Adaptive methods in spaces with large uniform regions, where the step length grows. Steps must not pass over a narrow
-// inhomogeneity behind such a region.
+// Tests adaptive methods in spaces with large uniform regions, where the step length grows. Steps must not pass over a
+// narrow inhomogeneity behind such a region.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -33,20 +33,20 @@ TEST(UniformHalfSpaces, LayerBetweenThemObeysSnellsLaw) {
         const Double3 d{sine * std::cos(azimuth), sine * std::sin(azimuth), cosine};
         rays.push_back({{-distance * d[0], -distance * d[1], -distance * d[2]}, d});
     }
-    // rkf78 is left out: its error estimate uses only derivatives at the ends of the step, and is small if both ends
-    // are in uniform regions. H is not preserved along some of these rays.
+    // rkf78 is left out. Its error estimate uses only derivatives at the ends of the step, and is small if both ends
+    // are in uniform regions. Some of its steps pass over the layer, so that H is not preserved.
     for (const char* method : {"dp54", "dp85"}) {
         const auto ends =
             ends_of(layer, {"integrator.method=" + std::string(method), "integrator.tolerance=1e-10"}, rays);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             const auto& [q, d] = rays[i];
-            if (std::abs(q[2]) < 3) continue;  // the start is inside the layer
-            // N² at the start and beyond the layer, and p_x² + p_y².
+            if (std::abs(q[2]) < 3) continue;  // the start is in the layer or close to it
+            // N² at the start and on the other side of the layer.
             const double n2_start = q[2] < 0 ? 1 : 2, n2_beyond = 3 - n2_start;
-            const double transverse = n2_start * (d[0] * d[0] + d[1] * d[1]);
-            if (std::abs(transverse - n2_beyond) < 0.02) continue;  // near the critical angle
-            const double pz = transverse < n2_beyond ? std::copysign(std::sqrt(n2_beyond - transverse), d[2])
-                                                     : -std::sqrt(n2_start - transverse) * (d[2] < 0 ? -1 : 1);
+            const double transverse2 = n2_start * (d[0] * d[0] + d[1] * d[1]);  // p_x² + p_y²
+            if (std::abs(transverse2 - n2_beyond) < 0.02) continue;  // near the critical angle
+            const double pz = transverse2 < n2_beyond ? std::copysign(std::sqrt(n2_beyond - transverse2), d[2])
+                                                      : -std::sqrt(n2_start - transverse2) * (d[2] < 0 ? -1 : 1);
             ASSERT_EQ(ends[i].status, Status::escaped) << method << ", ray " << i;
             EXPECT_NEAR(ends[i].p[2], pz, 1e-3) << method << ", ray " << i;
         }
@@ -57,8 +57,8 @@ class StepControl : public testing::TestWithParam<const char*> {};
 
 // Rays start at the distance 12 from an inhomogeneity of radius 0.7. The step length is bounded by the distance from
 // the centre. The reference is a symplectic method with a fixed short step.
-TEST_P(StepControl, StepsDoNotPassOverANarrowBall) {
-    const std::string ball = scene_of("H = \"(px^2 + py^2 + pz^2 - (1 + 0.6*exp(-4*(x^2 + y^2 + z^2)))^2)/2\"\n");
+TEST_P(StepControl, StepsDoNotPassOverANarrowInhomogeneity) {
+    const std::string scene = scene_of("H = \"(px^2 + py^2 + pz^2 - (1 + 0.6*exp(-4*(x^2 + y^2 + z^2)))^2)/2\"\n");
     std::vector<RayInput> rays;
     for (int i = 0; i < 200; ++i) {
         const double cosine = 0.99 - 0.0099 * i, azimuth = 2.3999 * i, sine = std::sqrt(1 - cosine * cosine),
@@ -67,26 +67,26 @@ TEST_P(StepControl, StepsDoNotPassOverANarrowBall) {
             normal{-std::sin(azimuth), std::cos(azimuth), 0};
         rays.push_back({{impact * normal[0] - 12 * d[0], impact * normal[1] - 12 * d[1], -12 * d[2]}, d});
     }
-    const auto reference = ends_of(ball, {"integrator.method=gauss8", "integrator.step=0.05"}, rays);
-    double deflection = 0;
+    const auto reference = ends_of(scene, {"integrator.method=gauss8", "integrator.step=0.05"}, rays);
+    double greatest_deflection = 0;
     for (const char* tolerance : {"1e-3", "1e-6", "1e-10"}) {
         const auto ends =
-            ends_of(ball,
+            ends_of(scene,
                     {"integrator.method=" + std::string(GetParam()), std::string("integrator.tolerance=") + tolerance},
                     rays);
         for (std::size_t i = 0; i < rays.size(); ++i) {
             ASSERT_EQ(ends[i].status, Status::escaped);
             for (int k = 0; k < 3; ++k) {
                 EXPECT_NEAR(ends[i].p[k], reference[i].p[k], 2e-5) << "ray " << i << ", tolerance " << tolerance;
-                deflection = std::max(deflection, std::abs(reference[i].p[k] - rays[i].direction[k]));
+                greatest_deflection = std::max(greatest_deflection, std::abs(reference[i].p[k] - rays[i].direction[k]));
             }
         }
     }
-    EXPECT_GT(deflection, 0.5);
+    EXPECT_GT(greatest_deflection, 0.5);
 }
 
 INSTANTIATE_TEST_SUITE_P(Adaptive, StepControl, testing::Values("dp54", "dp85", "rkf78"),
-                         [](const auto& each) { return std::string(each.param); });
+                         [](const auto& chosen) { return std::string(chosen.param); });
 
 }  // namespace
 }  // namespace kagero::test

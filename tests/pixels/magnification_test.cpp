@@ -1,5 +1,5 @@
-// Tests of the layer `magnification`: the solid angle of a pixel divided by that of its footprint on the sky. It is 1
-// for straight rays, and is compared with elliptic integrals around a black hole.
+// Tests of the layer `magnification`: the solid angle of a pixel divided by that of its footprint on the sky. For
+// straight rays the magnification is 1. Around a black hole it is compared with elliptic integrals.
 #include "film/film.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/schwarzschild_orbit.h"
@@ -93,8 +93,8 @@ TEST(Magnification, IsZeroForAnOrthographicCamera) {
 
 constexpr double observer_radius = 10, far_radius = 1000;
 
-/// Returns the angle on the sky between the source of light and the point behind the hole. A static observer sees the
-/// light at the angle psi from the centre of the hole.
+/// Returns the angle β on the sky between a source of light and the point exactly behind the hole. A static observer
+/// sees the light of the source at the angle psi from the centre of the hole.
 double sky_angle(double psi) {
     const double b = observer_radius * std::sin(psi) / std::sqrt(1 - 1 / observer_radius), u = 1 / far_radius;
     const Orbit orbit(b);
@@ -102,7 +102,7 @@ double sky_angle(double psi) {
     return swept + std::atan2(u, std::sqrt(1 / (b * b) - u * u * (1 - u))) - std::numbers::pi;
 }
 
-// The magnification of the lens is sin ψ / |sin β dβ/dψ| with the source angle β(ψ).
+// The magnification is sin ψ / |sin β dβ/dψ| with the source angle β(ψ).
 TEST(Magnification, MatchesEllipticIntegralsAroundABlackHole) {
     const auto plan = plan_of_text(scene("hamiltonian = \"schwarzschild\"\nrg = 1\n", "fov = 30\n"), {});
     Film film = rendered(*plan);
@@ -110,20 +110,20 @@ TEST(Magnification, MatchesEllipticIntegralsAroundABlackHole) {
     int compared = 0;
     for (std::uint32_t y = 0; y < 128; y += 3)
         for (std::uint32_t x = 0; x < 256; x += 5) {
-            // The footprint belongs to the middle of a block of 2 x 2 pixels.
+            // The footprint is fitted to a block of 2 × 2 pixels, so that it belongs to the middle of the block.
             const double u = ((x & ~1u) + 1.0 - 128) * pixel, v = ((y & ~1u) + 1.0 - 64) * pixel,
                          psi = std::atan(std::hypot(u, v));
             if (psi < 0.38 || *film.pixel("status", x, y) != 1) continue;
             const double h = 1e-4, slope = (sky_angle(psi + h) - sky_angle(psi - h)) / (2 * h);
-            const double lens = std::sin(psi) / std::abs(std::sin(sky_angle(psi)) * slope);
-            if (lens > 8) continue;  // near the Einstein ring, a block covers a large part of the sky
+            const double expected = std::sin(psi) / std::abs(std::sin(sky_angle(psi)) * slope);
+            if (expected > 8) continue;  // near the Einstein ring, a block covers a large part of the sky
             const double pixel_cosine =
                              std::cos(std::atan(std::hypot((x + 0.5 - 128) * pixel, (y + 0.5 - 64) * pixel))),
                          block_cosine = std::cos(psi);
             // The solid angle of a pixel is proportional to the cube of the cosine.
             const double measured =
                 *film.pixel("magnification", x, y) * std::pow(block_cosine / pixel_cosine, 3);
-            EXPECT_NEAR(measured / lens, 1, 0.02) << x << "," << y << " " << psi << " " << lens;
+            EXPECT_NEAR(measured / expected, 1, 0.02) << x << "," << y << " " << psi << " " << expected;
             ++compared;
         }
     EXPECT_GT(compared, 200);

@@ -12,7 +12,7 @@
 namespace kagero::test {
 namespace {
 
-const std::string rest = "\n[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\n[film]\nsize = [12, 8]\n";
+const std::string view_text = "\n[camera]\nposition = [-3, 0.5, 0.25]\nlook_at = [0, 0, 0]\n[film]\nsize = [12, 8]\n";
 
 std::vector<RayInput> fan(const Double3& origin) {
     std::vector<RayInput> rays;
@@ -22,7 +22,8 @@ std::vector<RayInput> fan(const Double3& origin) {
 
 std::vector<RayEnd> traced(const std::string& space, const Overrides& overrides, const std::string& strategy,
                            const std::vector<RayInput>& rays) {
-    const auto plan = plan_of_text("[space]\nhamiltonian = " + space + rest, overrides, with_strategy(strategy), false);
+    const auto plan =
+        plan_of_text("[space]\nhamiltonian = " + space + view_text, overrides, with_strategy(strategy), false);
     std::vector<RayEnd> ends;
     trace(*plan, start_rays(*plan, rays), ends);
     return ends;
@@ -30,7 +31,7 @@ std::vector<RayEnd> traced(const std::string& space, const Overrides& overrides,
 
 std::string refusal(const std::string& space, const Overrides& overrides) {
     try {
-        plan_of_text("[space]\nhamiltonian = " + space + rest, overrides, with_strategy("packet"));
+        plan_of_text("[space]\nhamiltonian = " + space + view_text, overrides, with_strategy("packet"));
     } catch (const InputError& error) {
         return error.what();
     }
@@ -53,7 +54,7 @@ Overrides with(Overrides overrides, const std::string& more) {
 }
 
 // The expression is the default rescaling of the space. With the compiled rescaling and with the expression, rays must
-// take the same steps. They differ by the order of roundings.
+// take the same steps. The ray ends differ only because the roundings occur in a different order.
 TEST(Rescaling, HasTheRaysOfTheDefaultRescalingForTheSameExpression) {
     struct Case {
         const char *space, *rescale, *method;
@@ -83,8 +84,8 @@ TEST(Rescaling, HasTheRaysOfTheDefaultRescalingForTheSameExpression) {
     }
 }
 
-// Rays are compared with those without rescaling: status, position, direction and λ. The tolerance covers the errors of
-// the step control along rays that magnify them.
+// The ends of rays with and without rescaling are compared: status, position, direction and λ. The tolerance covers the
+// errors of the steps, which the rays magnify.
 TEST(Rescaling, DoesNotChangeRayEnds) {
     const char* spaces[] = {"\"kerr\"\nmass = 0.25\nspin = 0.6\n",
                             "\"schwarzschild\"\nrg = 0.5\n",
@@ -109,7 +110,8 @@ TEST(Rescaling, DoesNotChangeRayEnds) {
         }
 }
 
-// The redshift depends on the observer and on the orbits of the matter of the disk, which are those of the space.
+// The redshift depends on the observer and on the orbits of the matter of the disk. Rescaling must
+// change neither.
 TEST(Rescaling, DoesNotChangeStatusOrRedshift) {
     const std::string scene =
         "[space]\nhamiltonian = \"kerr\"\nmass = 0.25\nspin = 0.6\n"
@@ -134,7 +136,7 @@ TEST(Rescaling, DoesNotChangeStatusOrRedshift) {
     EXPECT_GE(disk_pixels, 50u);
 }
 
-// A negative factor would trace a ray backward. Rays must fail if they start where Ω ≤ 0.
+// Ω is the expression of the scene. With Ω < 0 a ray would be traced backward. Rays that start where Ω ≤ 0 must fail.
 TEST(Rescaling, MustBePositive) {
     const std::string built_in = "\"kerr\"\nmass = 0.25\nspin = 0.6\n",
                       formula = "\"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n";

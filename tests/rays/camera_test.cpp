@@ -114,7 +114,8 @@ TEST(Orthographic, HasParallelRaysAtADistanceOfOnePixel) {
         }
 }
 
-// The ball appears as a circle, and its depth is that of a sphere. The tolerance is four roundings of float.
+// The ball appears as a circle. Its depth is compared with the depth of a sphere. The tolerance is four roundings of
+// float.
 TEST(Orthographic, RendersABallAsACircle) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic"});
     Film film = picture(*plan);
@@ -129,7 +130,7 @@ TEST(Orthographic, RendersABallAsACircle) {
 }
 
 // The area of the ball's picture is compared with that of a circle. The edge of the circle crosses about 130 pixels.
-// With 64 samples of a (0,2)-sequence, the covered share of each of them has an error of about 1/64.
+// With 64 samples of a (0,2)-sequence, the covered share of each of these pixels has an error of about 1/64.
 TEST(Samples, HaveTheMeanOfTheCoveredShareOfAPixel) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic", "film.spp=64"});
     Film film = picture(*plan);
@@ -142,8 +143,8 @@ TEST(Samples, HaveTheMeanOfTheCoveredShareOfAPixel) {
     EXPECT_EQ(*film.pixel("steps", 24, 18), 1.0f);
 }
 
-// Near the hole, the rest frame of the static observer depends on the position. Each ray is compared with the ray of
-// the static observer at its start.
+// Near the hole, the rest frame of the static observer depends on the position. Each camera ray is compared with the
+// ray that a static observer at its start sees in the viewing direction.
 TEST(Orthographic, HasAnObserverAtTheStartOfEachRay) {
     const auto plan = plan_of_text(hole, {"camera.type=orthographic", "camera.height=4"});
     for (std::uint32_t y = 0; y < 18; y += 5)

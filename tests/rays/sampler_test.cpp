@@ -1,4 +1,4 @@
-// Tests of the positions of the rays in a pixel: the properties of a (0,2)-sequence, and their independence.
+// Tests of the positions of the rays in a pixel: they form a (0,2)-sequence, and differ between pixels and seeds.
 #include "rays/sampler.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,8 @@ TEST(SamplePosition, IsTheCentreForOneSample) {
     }
 }
 
-// In a (0,2)-sequence, a run of 2^k points has one point in each cell of every grid of 2^i × 2^(k−i) cells.
+// In a (0,2)-sequence, the points n 2^k to (n + 1) 2^k − 1 have one point in each cell of every grid of 2^i × 2^(k−i)
+// cells. `run` is n.
 TEST(SamplePosition, FillsEachCellOfABinaryGridOnce) {
     for (const std::uint32_t pixel : {0u, 1u, 77u, 65535u})
         for (std::uint32_t k = 0; k <= 10; ++k)

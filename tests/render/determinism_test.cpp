@@ -16,18 +16,19 @@ constexpr const char* layers[] = {"color", "status", "steps",          "energy_e
                                   "depth", "newton", "position_error", "rounding_error"};
 
 /// Returns true if a and b are equal or both NaN.
-bool same(float a, float b) {
+bool equal_or_both_nan(float a, float b) {
     return a == b || (std::isnan(a) && std::isnan(b));
 }
 
-/// Returns the plan of the scene room, with the default method, which is explicit, or another method.
+/// Returns the plan of the scene room. `method` contains the overrides that select a method. Without them, the method
+/// is the default method of the scene, which is explicit.
 std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {}) {
     Overrides all = overrides;
     all.insert(all.end(), method.begin(), method.end());
     return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
 }
-/// An explicit method and two implicit methods. Their equations are solved by fixed-point iteration, and by Newton's
-/// method if that fails.
+/// Overrides that select an explicit method and two implicit methods. The equations of the implicit methods are solved
+/// by fixed-point iteration, and by Newton's method if the iteration fails.
 const Overrides methods[] = {{},
                              {"integrator.method=verlet", "integrator.step=0.8"},
                              {"integrator.method=gauss8", "integrator.step=0.5"}};
@@ -105,7 +106,7 @@ TEST_F(Determinism, HoldsForCrops) {
             for (const char* layer : layers)
                 for (std::uint32_t y = y0; y < y1; ++y)
                     for (std::uint32_t x = x0; x < x1; ++x)
-                        ASSERT_PRED2(same, *film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y))
+                        ASSERT_PRED2(equal_or_both_nan, *film.pixel(layer, x - x0, y - y0), *whole.pixel(layer, x, y))
                             << layer << " " << x << "," << y;
         }
     }
@@ -147,9 +148,9 @@ TEST_F(Determinism, HoldsForAnyOrderOfRays) {
     }
 }
 
-// Scalar and packet code have the same roundings and the same fused multiply-adds, and stop the iterations of an
-// implicit step at the same time. The ray ends must therefore be equal bit for bit. Only the queries of Embree for
-// single rays and for packets could differ.
+// Scalar and packet code have the same roundings and the same fused multiply-adds. They solve an implicit step with the
+// same number of iterations. The ray ends must therefore be equal bit for bit. Only Embree could return different
+// results for single rays and for packets.
 TEST_F(Determinism, HoldsForScalarAndPacketCode) {
     for (const Overrides& method : methods) {
         const auto packet = room(with_strategy("packet"), method), scalar = room(with_strategy("scalar"), method);

@@ -78,9 +78,9 @@ TEST(Refill, IncreasesTheOccupancy) {
     EXPECT_EQ(on.report.counters.active_lane_steps, off.report.counters.active_lane_steps);
 }
 
-// The default `auto` must refill lanes for random rays with short steps, whose lanes are inactive for long. It must not
-// refill them for coherent rays or for long steps. The number of rays is proportional to the number of lanes, because
-// `auto` does not refill lanes for short lists.
+// The default `auto` must refill lanes for incoherent rays with short steps, because lanes are then inactive for a long
+// time. It must not refill lanes for coherent rays or for long steps. The number of rays is proportional to the number
+// of lanes, because `auto` does not refill lanes for short lists.
 TEST(Refill, IsUsedByDefaultForIncoherentRaysWithManySteps) {
     for (const std::string& isa : supported_isas()) {
         SCOPED_TRACE(isa);
@@ -97,21 +97,22 @@ TEST(Refill, IsUsedByDefaultForIncoherentRaysWithManySteps) {
             std::vector<RayEnd> ends;
             return occupancy_of(trace(*plan, start_rays(*plan, list), ends));
         };
-        // `auto` tests packets at the sixteenths of the list. Here the sixteenths are not boundaries of packets.
+        // For its decision, `auto` traces 16 packets at equal distances in the list. A sixteenth of this list is not a
+        // multiple of the number of lanes.
         const std::size_t count = 595 * std::size_t{plan_with("on", "1")->run.kernel->lanes} - 1;
-        std::vector<RayInput> mixed = rays(count), coherent;
+        std::vector<RayInput> incoherent = rays(count), coherent;
         for (std::size_t k = 0; k < count; ++k)
             coherent.push_back({{-0.9, 0.3, 0.1}, {1, 1.8 * double(k) / double(count) - 0.9, 0.2}});
-        for (const auto* list : {&mixed, &coherent})
+        for (const auto* list : {&incoherent, &coherent})
             EXPECT_NE(occupancy(*list, "on", "0.05"), occupancy(*list, "off", "0.05"));
-        EXPECT_EQ(occupancy(mixed, "auto", "0.05"), occupancy(mixed, "on", "0.05"));
-        EXPECT_EQ(occupancy(mixed, "auto", "1"), occupancy(mixed, "off", "1"));
+        EXPECT_EQ(occupancy(incoherent, "auto", "0.05"), occupancy(incoherent, "on", "0.05"));
+        EXPECT_EQ(occupancy(incoherent, "auto", "1"), occupancy(incoherent, "off", "1"));
         EXPECT_EQ(occupancy(coherent, "auto", "0.05"), occupancy(coherent, "off", "0.05"));
     }
 }
 
 /// Returns rays from one point through 64 × 64 points of a square, row by row.
-std::vector<RayInput> window() {
+std::vector<RayInput> rays_through_a_square() {
     std::vector<RayInput> list;
     for (int y = 0; y < 64; ++y)
         for (int x = 0; x < 64; ++x)
@@ -136,7 +137,7 @@ std::vector<Ray> permuted(const std::vector<Ray>& rays, const std::vector<std::s
 const Overrides collocation{"integrator.method=gauss8", "integrator.step=0.5"};
 
 TEST(OrderOfRays, DoesNotChangeResults) {
-    const std::vector<RayInput> ordered = window();
+    const std::vector<RayInput> ordered = rays_through_a_square();
     const std::vector<std::size_t> order = random_order(ordered.size());
     const std::vector<RayInput> shuffled = permuted(ordered, order);
     const auto plan = room("off", collocation, "packet", false);
@@ -185,7 +186,7 @@ TEST(OrderOfRays, HardlyChangesOccupancy) {
                 overrides.insert(overrides.end(), {"integrator.refill=off", std::string("integrator.lanes=") + lanes});
                 const auto plan = plan_of_file(scene_file("room.toml"), overrides, options, false);
                 SCOPED_TRACE(isa + ", " + precision + ", " + std::to_string(plan->run.kernel->lanes) + " lanes");
-                const std::vector<RayStart> rows = start_rays(*plan, window()),
+                const std::vector<RayStart> rows = start_rays(*plan, rays_through_a_square()),
                                             shuffled = permuted(rows, random_order(rows.size()));
                 std::vector<RayEnd> ends;
                 const double sorted = idle_lane_steps(trace(*plan, shuffled, ends).counters);

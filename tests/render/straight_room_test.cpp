@@ -1,7 +1,7 @@
 // Tests of the picture of a room without a black hole. It is compared with the exact intersections of straight rays and
-// walls. Pixels whose centre is within 1/1000 of a pixel of an edge are left out. A pixel that lies in one square of
-// the checker must have the colour of the square. Other pixels must have about the mean over the squares that they
-// cover.
+// walls. Pixels whose centre is within 1/1000 of a pixel of an edge of a square are left out. A pixel that lies in one
+// square of the checker must have the colour of the square. Other pixels must have about the mean over the squares that
+// they cover.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -14,14 +14,15 @@ namespace {
 
 constexpr std::uint32_t size = 256;
 
-Double3 add(const Double3& a, double s, const Double3& b) {
+/// Returns a + s b.
+Double3 add_scaled(const Double3& a, double s, const Double3& b) {
     return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
 }
 Double3 cross(const Double3& a, const Double3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 Double3 unit(const Double3& a) {
-    return add({0, 0, 0}, 1 / std::hypot(a[0], a[1], a[2]), a);
+    return add_scaled({0, 0, 0}, 1 / std::hypot(a[0], a[1], a[2]), a);
 }
 
 /// A pinhole camera with square pixels. Row 0 is at the top.
@@ -31,17 +32,17 @@ struct Pinhole {
 
     explicit Pinhole(const CameraDescription& c)
         : eye(c.position),
-          forward(unit(add(c.look_at, -1, c.position))),
+          forward(unit(add_scaled(c.look_at, -1, c.position))),
           right(unit(cross(forward, c.up))),
           up(cross(right, forward)),
           pixel(2 * std::tan(c.fov * std::numbers::pi / 360) / size) {}
     Double3 direction(double x, double y) const {
-        return unit(add(add(forward, (x - 0.5 * size) * pixel, right), (0.5 * size - y) * pixel, up));
+        return unit(add_scaled(add_scaled(forward, (x - 0.5 * size) * pixel, right), (0.5 * size - y) * pixel, up));
     }
 };
 
-/// The hit of a straight ray in the room [−1, 1]³: the face, in the order px nx py ny pz nz, the square of its checker,
-/// and the point.
+/// The hit of a straight ray in the room [−1, 1]³: the index of the face in the order px nx py ny pz nz, the column and
+/// row of the square of its checker, and the point.
 struct Hit {
     int face, column, row;
     Double3 point;
@@ -61,7 +62,7 @@ Hit exact_hit(const ObjectDescription& room, const Double3& eye, const Double3& 
             hit.face = 2 * axis + (d[k] < 0);
         }
     }
-    hit.point = add(eye, nearest, d);
+    hit.point = add_scaled(eye, nearest, d);
     // Seen from inside, u increases to the right and v upward. On floor and ceiling, v increases with y.
     const auto [x, y, z] = hit.point;
     const double u[6] = {-y, y, x, -x, -x, x}, v[6] = {z, z, z, z, y, y};
@@ -104,7 +105,7 @@ TEST_P(StraightRoom, HasTheColorsAndDepthsOfExactHits) {
     const RunReport report = render(*p, film);
     EXPECT_EQ(report.counters.ended[static_cast<int>(Status::hit)], std::uint64_t{size} * size);
     EXPECT_EQ(report.counters.gradients, 0u);
-    int near_edges = 0, within_squares = 0, wrong = 0;
+    int near_edges = 0, within_squares = 0, wrong_pixels = 0;
     std::vector<double> errors;  // of pixels that cover several squares
     for (std::uint32_t y = 0; y < size; ++y)
         for (std::uint32_t x = 0; x < size; ++x) {
@@ -119,7 +120,8 @@ TEST_P(StraightRoom, HasTheColorsAndDepthsOfExactHits) {
             }
             const Double3& paint = room.faces[static_cast<std::size_t>(hit.face)].color;
             double shade = brightness(hit);
-            // The patch of a pixel is that of a block of 2 × 2 pixels, which differs a little in perspective.
+            // The patch of a pixel follows from a block of 2 × 2 pixels. Because of perspective, the patch can be a
+            // little larger than the pixel.
             bool within_square = true, within_face = true;
             for (const double dx : {-0.55, 0.55})
                 for (const double dy : {-0.55, 0.55}) {
@@ -130,10 +132,11 @@ TEST_P(StraightRoom, HasTheColorsAndDepthsOfExactHits) {
             const float* color = film.pixel("color", x, y);
             const double depth =
                 std::hypot(hit.point[0] - camera.eye[0], hit.point[1] - camera.eye[1], hit.point[2] - camera.eye[2]);
-            bool right = *film.pixel("status", x, y) == 0 && *film.pixel("object", x, y) == 1;
+            bool is_correct = *film.pixel("status", x, y) == 0 && *film.pixel("object", x, y) == 1;
             // The tolerances are half an ulp of float for the colour, and one ulp for the depth.
             within_squares += within_square;
-            for (std::size_t k = 0; k < 3 && within_square; ++k) right &= std::abs(color[k] - paint[k] * shade) <= 6e-8;
+            for (std::size_t k = 0; k < 3 && within_square; ++k)
+                is_correct &= std::abs(color[k] - paint[k] * shade) <= 6e-8;
             if (!within_square && within_face) {
                 shade = 0;
                 constexpr int n = 12;
@@ -141,13 +144,13 @@ TEST_P(StraightRoom, HasTheColorsAndDepthsOfExactHits) {
                     shade += brightness(at((i % n + 0.5) / n - 0.5, (i / n + 0.5) / n - 0.5)) / (n * n);
                 errors.push_back(color[0] / paint[0] - shade);
             }
-            right &= std::abs(*film.pixel("depth", x, y) - depth) <= 1.2e-7 * depth;
-            if (!right && ++wrong <= 5)
+            is_correct &= std::abs(*film.pixel("depth", x, y) - depth) <= 1.2e-7 * depth;
+            if (!is_correct && ++wrong_pixels <= 5)
                 ADD_FAILURE() << "pixel " << x << "," << y << ": face " << hit.face << " square " << hit.column << ","
                               << hit.row << ", but colour " << color[0] << " " << color[1] << " " << color[2]
                               << ", depth " << *film.pixel("depth", x, y) << " for " << depth;
         }
-    EXPECT_EQ(wrong, 0);
+    EXPECT_EQ(wrong_pixels, 0);
     EXPECT_GT(within_squares, int(size * size / 2));
     double sum2 = 0;
     for (const double error : errors) {

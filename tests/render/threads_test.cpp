@@ -22,27 +22,28 @@ TEST(Threads, RunEachTaskInItsOwnThread) {
     EXPECT_EQ(std::set(ids.begin(), ids.end()).size(), more_than_processors);
 }
 
-// The threads begin on different processors. Afterwards, each thread may run on every processor of the program.
+// run_on_threads starts the threads on different processors. When a task runs, its thread may run on every processor
+// that the program may use.
 TEST(Threads, HaveTheAffinityOfTheProgram) {
     cpu_set_t before;
-    std::vector<cpu_set_t> within(more_than_processors);
+    std::vector<cpu_set_t> in_tasks(more_than_processors);
     if (sched_getaffinity(0, sizeof before, &before) != 0)
         GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
-    run_on_threads(more_than_processors, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
-    for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &before));
+    run_on_threads(more_than_processors, [&](unsigned i) { sched_getaffinity(0, sizeof in_tasks[i], &in_tasks[i]); });
+    for (const cpu_set_t& set : in_tasks) EXPECT_TRUE(CPU_EQUAL(&set, &before));
 }
 
 TEST(Threads, KeepTheAffinityToASingleProcessor) {
-    cpu_set_t before, one;
+    cpu_set_t before, single_processor;
     if (sched_getaffinity(0, sizeof before, &before) != 0)
         GTEST_SKIP() << "cpu_set_t is too small for the processors of this machine";
-    CPU_ZERO(&one);
-    CPU_SET(sched_getcpu(), &one);
-    ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
-    cpu_set_t within[2];
-    run_on_threads(2, [&](unsigned i) { sched_getaffinity(0, sizeof within[i], &within[i]); });
+    CPU_ZERO(&single_processor);
+    CPU_SET(sched_getcpu(), &single_processor);
+    ASSERT_EQ(sched_setaffinity(0, sizeof single_processor, &single_processor), 0);
+    cpu_set_t in_tasks[2];
+    run_on_threads(2, [&](unsigned i) { sched_getaffinity(0, sizeof in_tasks[i], &in_tasks[i]); });
     sched_setaffinity(0, sizeof before, &before);
-    for (const cpu_set_t& set : within) EXPECT_TRUE(CPU_EQUAL(&set, &one));
+    for (const cpu_set_t& set : in_tasks) EXPECT_TRUE(CPU_EQUAL(&set, &single_processor));
 }
 
 TEST(Threads, RethrowTheExceptionOfATask) {

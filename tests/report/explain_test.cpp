@@ -82,6 +82,8 @@ TEST_F(Explain, ListsEachPartAsUsedOrLeftOut) {
     EXPECT_TRUE(uses(ball, "Embree scene of 1 surface") && uses(ball, "clearance grid"));
 }
 
+// A space is stratified if H does not depend on a coordinate; for `mirage` this coordinate is y. Each step then updates
+// y once, and not in every stage.
 TEST_F(Explain, ListsTheStratifiedSpace) {
     write("mirage.toml", mirage);
     const auto explained_mirage = [&](const std::string& more) {

@@ -1,5 +1,5 @@
-// Tests of the default step, which is proportional to a length of the space. A formula of each Hamiltonian declares the
-// length.
+// Tests of the default step, which is proportional to a length of the space. Each Hamiltonian declares this length as
+// an expression of its parameters (`step_goes_with`).
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -34,9 +34,9 @@ TEST(DefaultStep, IsProportionalToTheLengthsOfAMedium) {
         EXPECT_DOUBLE_EQ(default_step(info.name), info.step) << info.name;
         std::vector<Override> overrides{"integrator.escape_radius=350"};
         for (std::uint32_t k = 0; k < info.parameter_count; ++k) {
-            const ParameterInfo& one = info.parameters[k];
-            overrides.push_back(std::string("space.") + one.name + '=' +
-                                to_toml(one.default_value * std::pow(7, power_of_length(one.unit))));
+            const ParameterInfo& parameter = info.parameters[k];
+            overrides.push_back(std::string("space.") + parameter.name + '=' +
+                                to_toml(parameter.default_value * std::pow(7, power_of_length(parameter.unit))));
         }
         EXPECT_NEAR(default_step(info.name, overrides), 7 * info.step, 1e-12 * info.step) << info.name;
         ++media;
@@ -44,7 +44,7 @@ TEST(DefaultStep, IsProportionalToTheLengthsOfAMedium) {
     EXPECT_GE(media, 8);
 }
 
-// The default step of a spacetime is a pure number if H is rescaled, and a length if it is not.
+// The default step of a spacetime is a pure number if H is rescaled, and a length if H is not rescaled.
 TEST(DefaultStep, IsALengthInSpacetimesWithoutRescaling) {
     const struct {
         const char *space, *size, *method;
@@ -54,29 +54,31 @@ TEST(DefaultStep, IsALengthInSpacetimesWithoutRescaling) {
                       {"wormhole", "space.throat=7", "gauss8"}};
     for (const auto& [space, size, method] : spacetimes) {
         const Override with_method = std::string("integrator.method=") + method, none = "integrator.rescale=none";
-        const double standard = default_step(space, {"integrator.symmetry=none"});
-        EXPECT_EQ(default_step(space, {with_method, none}), standard) << space;
-        EXPECT_EQ(default_step(space, {size, with_method, none}), 7 * standard) << space;
+        const double step_at_default_lengths = default_step(space, {"integrator.symmetry=none"});
+        EXPECT_EQ(default_step(space, {with_method, none}), step_at_default_lengths) << space;
+        EXPECT_EQ(default_step(space, {size, with_method, none}), 7 * step_at_default_lengths) << space;
         const bool is_rescaled = method == std::string("gauss8");
-        EXPECT_EQ(default_step(space, {size, with_method}), is_rescaled ? standard : 7 * standard)
+        EXPECT_EQ(default_step(space, {size, with_method}), (is_rescaled ? 1 : 7) * step_at_default_lengths)
             << space << ' ' << method;
         EXPECT_EQ(default_step(space, {size, with_method, none, "integrator.step=0.125"}), 0.125) << space;
     }
     EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
 }
 
-// The index of refraction has a ripple, and it changes with height. The shorter of the two lengths determines the step.
+// The index of refraction changes with height, and it has a ripple along x. Each of the two changes has a length, and
+// the default step is proportional to the shorter one.
 TEST(DefaultStep, IsProportionalToTheShortestLength) {
     for (const char* space : {"duct", "mirage"}) {
-        const double standard = default_step(space);
+        const double step_at_default_lengths = default_step(space);
         for (const char* wavenumber : {"space.wavenumber=0", "space.wavenumber=0.1", "space.wavenumber=1"}) {
             const double wide_ripple = default_step(space, {wavenumber});
-            EXPECT_GE(wide_ripple, standard) << space << wavenumber;
-            EXPECT_LE(wide_ripple, 1.01 * standard) << space << wavenumber;
+            EXPECT_GE(wide_ripple, step_at_default_lengths) << space << wavenumber;
+            EXPECT_LE(wide_ripple, 1.01 * step_at_default_lengths) << space << wavenumber;
             EXPECT_NEAR(default_step(space, {wavenumber, "space.n3=2.4"}), 0.5 * wide_ripple, 1e-12)
                 << space << wavenumber;
         }
-        EXPECT_NEAR(default_step(space, {"space.wavenumber=18.849555921538759"}), 0.5 * standard, 1e-12) << space;
+        EXPECT_NEAR(default_step(space, {"space.wavenumber=18.849555921538759"}), 0.5 * step_at_default_lengths, 1e-12)
+            << space;
         // Rays are straight: the step is the radius of the escape sphere.
         EXPECT_EQ(default_step(space, {"space.wavenumber=0", "space.n3=0"}), 50) << space;
     }

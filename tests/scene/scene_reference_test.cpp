@@ -92,7 +92,7 @@ std::vector<Table> tables() {
 
 /// A row of the reference, which documents one key.
 struct Row {
-    std::string heading, key, legal, standard;
+    std::string heading, key, legal, default_value;
 };
 
 std::vector<std::string> cells_of(std::string line) {
@@ -111,14 +111,14 @@ struct Reference {
 
     Reference() {
         std::ifstream file(KAGERO_SOURCE "/docs/reference/scene.md");
-        bool code = false, keys = false;
+        bool in_code = false, in_key_table = false;
         for (std::string line; std::getline(file, line);) {
-            if (line.starts_with("```")) code = !code;
-            if (code) continue;
+            if (line.starts_with("```")) in_code = !in_code;
+            if (in_code) continue;
             if (line.starts_with('#')) headings.push_back(line);
             const auto cells = line.starts_with('|') ? cells_of(line) : std::vector<std::string>{};
-            keys = cells.size() == 5 && (keys || cells[0] == "key");
-            if (keys && cells[0].starts_with('`'))
+            in_key_table = cells.size() == 5 && (in_key_table || cells[0] == "key");
+            if (in_key_table && cells[0].starts_with('`'))
                 rows.push_back({headings.back(), cells[0].substr(1, cells[0].size() - 2), cells[2], cells[3]});
         }
     }
@@ -164,13 +164,13 @@ Names actual_names(const std::string& message) {
 /// Returns a range with its numbers in the format of the program.
 std::string normalized(const std::string& range) {
     std::istringstream text(range);
-    std::string form;
+    std::string result;
     for (std::string word; text >> word;) {
         char* end = nullptr;
         const double number = std::strtod(word.c_str(), &end);
-        form += (form.empty() ? "" : " ") + (*end ? word : to_toml(number));
+        result += (result.empty() ? "" : " ") + (*end ? word : to_toml(number));
     }
-    return form;
+    return result;
 }
 
 /// Returns the legal range of a number, or of the numbers of an array or table, from the message of the loader for a
@@ -263,7 +263,7 @@ TEST(SceneReference, DocumentsTheDefaults) {
             const std::string name = table.path + '.' + row.key;
             const auto sets = [&](const Override& one) { return one.text.starts_with(name + '='); };
             if (!has(table, row) || std::any_of(table.kind.begin(), table.kind.end(), sets)) continue;
-            if (!std::regex_match(row.standard, found, std::regex("`([^`]+)`"))) continue;
+            if (!std::regex_match(row.default_value, found, std::regex("`([^`]+)`"))) continue;
             documented.insert(row.heading + ": " + row.key);
             const Value* value = printed(scene, table.path, row.key);
             if (!value) continue;

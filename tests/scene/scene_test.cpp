@@ -261,15 +261,15 @@ TEST_F(LoadScene, ReadsDisksWithAColorOrATemperature) {
     EXPECT_EQ(load(head + "name = \"d\"\ncolor = [1, 0, 0]", {"object.d.temperature=7000"}).objects[0].temperature,
               7000);
     for (const SceneDescription& scene : {hot, colored}) {
-        const SceneDescription again = load(print_scene(scene));
-        EXPECT_EQ(print_scene(again), print_scene(scene));
-        EXPECT_EQ(again.objects[0].shape, Shape::disk);
-        EXPECT_EQ(again.objects[0].outer, 4);
-        EXPECT_EQ(again.objects[0].temperature, scene.objects[0].temperature);
+        const SceneDescription reloaded = load(print_scene(scene));
+        EXPECT_EQ(print_scene(reloaded), print_scene(scene));
+        EXPECT_EQ(reloaded.objects[0].shape, Shape::disk);
+        EXPECT_EQ(reloaded.objects[0].outer, 4);
+        EXPECT_EQ(reloaded.objects[0].temperature, scene.objects[0].temperature);
     }
 }
 
-TEST_F(LoadScene, PrintsThePackageOfMissingModels) {
+TEST_F(LoadScene, NamesTheDebianPackageOfMissingModels) {
     const std::string mesh = "shape = \"mesh\"\nfile = \"/usr/share/assimp/models/OBJ/no.obj\"";
     EXPECT_NE(refusal(edited("shape = \"sphere\"\ncenter = [1, 0, 0]\nradius = 0.25", mesh.c_str()))
                   .find("assimp-testmodels"),
@@ -281,21 +281,21 @@ TEST_F(LoadScene, RefusesMissingFilesAndFolders) {
     EXPECT_THROW(load_scene(directory_.string(), {}, small_catalogue()), InputError);
 }
 
-// These scenes leave the method to trial rays or to the defaults. The printed scene must not state it.
-TEST_F(LoadScene, IsUnchangedByPrintingIfNoMethodIsStated) {
+// The overrides state no method: trial rays or the defaults determine it. The printed scene must not state a method.
+TEST_F(LoadScene, ReadsAPrintedSceneWithoutAStatedMethod) {
     for (const std::vector<Override>& overrides :
          {std::vector<Override>{"integrator.max_pixel_error=0.25"}, {"integrator.rescale=none"}}) {
         const SceneDescription scene = load(good_scene, overrides);
-        const SceneDescription again = load(print_scene(scene));
-        EXPECT_EQ(again.integrator.method_location.has_value(), scene.integrator.method_location.has_value())
+        const SceneDescription reloaded = load(print_scene(scene));
+        EXPECT_EQ(reloaded.integrator.method_location.has_value(), scene.integrator.method_location.has_value())
             << overrides[0].text;
-        EXPECT_EQ(again.integrator.method, scene.integrator.method);
-        EXPECT_EQ(again.integrator.step, scene.integrator.step);
-        EXPECT_EQ(print_scene(again), print_scene(scene));
+        EXPECT_EQ(reloaded.integrator.method, scene.integrator.method);
+        EXPECT_EQ(reloaded.integrator.step, scene.integrator.step);
+        EXPECT_EQ(print_scene(reloaded), print_scene(scene));
     }
 }
 
-TEST_F(LoadScene, IsUnchangedByPrinting) {
+TEST_F(LoadScene, ReadsThePrintedSceneAsTheSameScene) {
     const std::vector<Override> overrides{"space.rg=0.1234567890123456789",
                                           "space.center=[1e-300, 100000, -0.1]",
                                           "sky.checker=true",
@@ -312,30 +312,30 @@ TEST_F(LoadScene, IsUnchangedByPrinting) {
                                           "film.layers=['steps', 'color']"};
     const SceneDescription scene = load(good_scene, overrides);
     const std::string printed = print_scene(scene);
-    const SceneDescription again = load(printed);
-    EXPECT_EQ(print_scene(again), printed);
-    EXPECT_EQ(again.space.parameters, scene.space.parameters);
-    EXPECT_EQ(again.space.center, scene.space.center);
-    EXPECT_EQ(again.integrator.max_steps, scene.integrator.max_steps);
-    EXPECT_EQ(again.integrator.method, scene.integrator.method);
-    EXPECT_EQ(again.integrator.step, scene.integrator.step);
-    EXPECT_EQ(again.integrator.hit, scene.integrator.hit);
-    EXPECT_EQ(again.integrator.cull, scene.integrator.cull);
-    EXPECT_EQ(again.integrator.refill, scene.integrator.refill);
-    EXPECT_EQ(again.integrator.max_pixel_error, scene.integrator.max_pixel_error);
-    EXPECT_EQ(again.camera.position, scene.camera.position);
-    EXPECT_EQ(again.camera.type, scene.camera.type);
-    EXPECT_EQ(again.camera.height, 3.5);
-    EXPECT_EQ(again.film.spp, 16u);
-    EXPECT_EQ(again.film.seed, 4294967295u);
-    EXPECT_EQ(again.film.layers, scene.film.layers);
-    EXPECT_EQ(again.sky.paint.kind, Paint::Kind::checker);
-    ASSERT_EQ(again.objects.size(), scene.objects.size());
-    EXPECT_EQ(again.objects[0].name, "a \"b\"\\\t");
+    const SceneDescription reloaded = load(printed);
+    EXPECT_EQ(print_scene(reloaded), printed);
+    EXPECT_EQ(reloaded.space.parameters, scene.space.parameters);
+    EXPECT_EQ(reloaded.space.center, scene.space.center);
+    EXPECT_EQ(reloaded.integrator.max_steps, scene.integrator.max_steps);
+    EXPECT_EQ(reloaded.integrator.method, scene.integrator.method);
+    EXPECT_EQ(reloaded.integrator.step, scene.integrator.step);
+    EXPECT_EQ(reloaded.integrator.hit, scene.integrator.hit);
+    EXPECT_EQ(reloaded.integrator.cull, scene.integrator.cull);
+    EXPECT_EQ(reloaded.integrator.refill, scene.integrator.refill);
+    EXPECT_EQ(reloaded.integrator.max_pixel_error, scene.integrator.max_pixel_error);
+    EXPECT_EQ(reloaded.camera.position, scene.camera.position);
+    EXPECT_EQ(reloaded.camera.type, scene.camera.type);
+    EXPECT_EQ(reloaded.camera.height, 3.5);
+    EXPECT_EQ(reloaded.film.spp, 16u);
+    EXPECT_EQ(reloaded.film.seed, 4294967295u);
+    EXPECT_EQ(reloaded.film.layers, scene.film.layers);
+    EXPECT_EQ(reloaded.sky.paint.kind, Paint::Kind::checker);
+    ASSERT_EQ(reloaded.objects.size(), scene.objects.size());
+    EXPECT_EQ(reloaded.objects[0].name, "a \"b\"\\\t");
     for (std::size_t i = 0; i < 6; ++i) {
-        EXPECT_EQ(again.objects[2].faces[i].kind, scene.objects[2].faces[i].kind);
-        EXPECT_EQ(again.objects[2].faces[i].color, scene.objects[2].faces[i].color);
-        EXPECT_EQ(again.objects[2].faces[i].checker, scene.objects[2].faces[i].checker);
+        EXPECT_EQ(reloaded.objects[2].faces[i].kind, scene.objects[2].faces[i].kind);
+        EXPECT_EQ(reloaded.objects[2].faces[i].color, scene.objects[2].faces[i].color);
+        EXPECT_EQ(reloaded.objects[2].faces[i].checker, scene.objects[2].faces[i].checker);
     }
 }
 

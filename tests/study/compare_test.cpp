@@ -32,18 +32,19 @@ CompareOptions one_round(const std::vector<std::string>& methods) {
     return options;
 }
 
-// Pictures are compared with that of the scalar kernel in double. Scalar and packet code have the same roundings, so
-// that their pictures must be equal. Per-ray code sums the gradient in a different order, and float has larger errors.
-// Status or object may then differ for at most 1 % of the pixels, at edges of objects.
+// Pictures are compared with the picture of the scalar kernel in double. Scalar and packet code have the same
+// roundings, so that their pictures must be equal. Kernels of the form `gradient` sum the gradient in a different
+// order, and kernels in float have larger errors. With these kernels, status or object may differ for at most 1 % of
+// the pixels.
 TEST(Compare, RendersTheSamePictureWithEveryKernel) {
     const Comparison result = compare(small_room(), one_round({"gauss8", "verlet"}));
     const std::uint64_t pixels = 48 * 40;
-    bool forms[5] = {};
+    bool is_form_compared[5] = {};
     for (const CompareRow& row : result.rows) {
         const KernelInfo& kernel = *row.kernel;
         SCOPED_TRACE(row.isa + " " + name_of(kernel.strategy) + " " + name_of(kernel.form) + " " + row.method + " " +
                      name_of(kernel.precision) + " " + std::to_string(kernel.lanes) + " " + row.shape);
-        forms[static_cast<int>(kernel.form)] = true;
+        is_form_compared[static_cast<int>(kernel.form)] = true;
         EXPECT_GT(row.seconds.median, 0);
         EXPECT_GT(row.speedup, 0);
         const bool exact = kernel.precision == Precision::float64 && kernel.form != Form::gradient;
@@ -52,12 +53,12 @@ TEST(Compare, RendersTheSamePictureWithEveryKernel) {
             EXPECT_EQ(row.max_difference, 0);
         }
     }
-    for (const bool tested : forms) EXPECT_TRUE(tested);
+    for (const bool is_compared : is_form_compared) EXPECT_TRUE(is_compared);
     EXPECT_EQ(result.rays, pixels);
 }
 
-/// Traces the rays of the room with every kernel in double. Expects the ray ends of the scalar kernel, and that the
-/// kernels have the given forms.
+/// Traces the rays of the room with every kernel in double. Expects that all kernels return the ray ends of the scalar
+/// kernel, and that the set of their forms is `forms`.
 void expect_same_ends(const char* override_text, const std::set<Form>& forms) {
     SCOPED_TRACE(override_text);
     const auto plan =
@@ -76,8 +77,8 @@ void expect_same_ends(const char* override_text, const std::set<Form>& forms) {
         tested.insert(kernel.form);
         std::vector<RayEnd> ends;
         trace(*plan, starts, ends);
-        // These forms sum the gradient or the stages in a different order. The tolerance covers the growth of rounding
-        // errors along the rays.
+        // Kernels of these forms sum the gradient or the stages in a different order. The tolerance covers the growth
+        // of rounding errors along the rays.
         const double tolerance = kernel.form == Form::gradient || kernel.form == Form::stages ? 1e-7 : 0;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             ASSERT_EQ(ends[i].status, expected[i].status) << k << " " << i;
@@ -94,8 +95,8 @@ TEST(Compare, TracesTheSameRayEndsWithEveryKernel) {
                      {Form::none, Form::gradient, Form::stages, Form::auto_vectorized, Form::gang});
 }
 
-// The form `stages` computes the stages of a collocation method in the lanes.
-TEST(Compare, HasAFormWithStagesInLanesForCollocation) {
+// A kernel of the form `stages` computes each stage of a collocation method in a lane of its own.
+TEST(Compare, HasKernelsWithStagesInLanesForCollocationMethods) {
     const auto form = [](const char* method) {
         return plan_of_file(KAGERO_SCENES "/room.toml", {std::string("integrator.method=") + method},
                             with_strategy("per-ray"))
@@ -106,14 +107,14 @@ TEST(Compare, HasAFormWithStagesInLanesForCollocation) {
     EXPECT_EQ(form("verlet"), Form::gradient);
 }
 
-// After an interruption, rows without a picture must have null instead of differences.
+// After an interruption, the differences of kernels that rendered no picture must be null.
 TEST(Compare, ReportsNoDifferencesOfPicturesThatWereNotRendered) {
     std::atomic<bool> stop = false;
     CompareOptions options = one_round({"verlet"});
     options.isas.resize(1);
-    int reports = 0;
+    int progress_reports = 0;
     const SceneDescription scene = small_room();
-    const Comparison result = compare(scene, options, [&](double, double) { stop = ++reports == 2; }, &stop);
+    const Comparison result = compare(scene, options, [&](double, double) { stop = ++progress_reports == 2; }, &stop);
     EXPECT_TRUE(result.interrupted);
     ASSERT_GT(result.rows.size(), 3u);
     const json rows = json::parse(compare_json(scene, options, result))["rows"];
@@ -193,7 +194,7 @@ TEST_F(CompareVerb, ComparesAtEqualErrors) {
     EXPECT_GT(report["rows"].size(), 2u);
 }
 
-// The lanes belong to one packet, or to the packets of a gang. Pictures with different numbers of lanes must be equal.
+// The lanes are those of one packet, or of all packets of a gang. Pictures must not depend on the number of lanes.
 TEST_F(CompareVerb, HasKernelsWith16To256Lanes) {
     write(
         "mirage.toml",

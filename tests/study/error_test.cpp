@@ -49,10 +49,10 @@ json without_times(json study) {
     return study;
 }
 
-void expect_ascending(const json& spread) {
-    EXPECT_LE(spread["p50"], spread["p90"]);
-    EXPECT_LE(spread["p90"], spread["p99"]);
-    EXPECT_LE(spread["p99"], spread["max"]);
+void expect_ascending(const json& percentiles) {
+    EXPECT_LE(percentiles["p50"], percentiles["p90"]);
+    EXPECT_LE(percentiles["p90"], percentiles["p99"]);
+    EXPECT_LE(percentiles["p99"], percentiles["max"]);
 }
 
 TEST_F(Error, WritesACompleteReport) {
@@ -144,8 +144,8 @@ TEST_F(Error, DoesNotDependOnTheUnitOfLength) {
             << method;
 }
 
-// A ray with another status or object than in the reference has no position error. It is counted as a flip, and not
-// used for the percentiles.
+// A ray whose status or object differs from the reference has no position error. The ray is counted as a flip, and the
+// percentiles do not include it.
 TEST_F(Error, CountsFlipsSeparately) {
     const json report = study("--integrator gauss8 --step 0.5");
     const std::uint64_t decided = report["reference"]["decided"], captured = report["reference"]["status"]["captured"];
@@ -153,16 +153,17 @@ TEST_F(Error, CountsFlipsSeparately) {
     for (const json& curve : report["curves"])
         for (const json& point : curve["points"]) {
             const std::uint64_t point_flips = point["flips"], compared = point["compared"],
-                                ill = point["ill_conditioned"]["rays"];
-            EXPECT_LE(compared + ill + point_flips, decided);
-            EXPECT_GE(compared + ill + point_flips + captured, decided);
+                                ill_conditioned_rays = point["ill_conditioned"]["rays"];
+            EXPECT_LE(compared + ill_conditioned_rays + point_flips, decided);
+            EXPECT_GE(compared + ill_conditioned_rays + point_flips + captured, decided);
             flips += point_flips;
         }
     EXPECT_GT(flips, 0u) << "the coarsest steps should change the status of some rays";
 }
 
-// Only collocation methods support the discontinuity of the lens. The reference is confirmed by a second such method.
-TEST_F(Error, ConfirmsTheReferenceOfALensByAnotherCollocation) {
+// Only collocation methods support the discontinuity of the lens. The reference is confirmed by a second collocation
+// method.
+TEST_F(Error, ConfirmsTheReferenceOfALensByASecondCollocationMethod) {
     const Outcome outcome =
         run("error " KAGERO_SCENES "/luneburg.toml --quick --sample 12x12 -o lens --json lens.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -172,9 +173,10 @@ TEST_F(Error, ConfirmsTheReferenceOfALensByAnotherCollocation) {
     EXPECT_GT(report["reference"]["decided"], 100);
 }
 
-// Every ladder has at least five steps, also that of an expensive method. Methods that do not support the rescaled H
-// begin with longer steps.
-TEST_F(Error, MeasuresEveryMethodWithFiveSteps) {
+// Every step ladder has at least five steps, also for an expensive method. The additional ladders, with a loose solver
+// tolerance or with the strategy `scalar`, have at least three. The ladders of methods that do not support the rescaled
+// H begin with longer steps.
+TEST_F(Error, MeasuresEveryMethodWithAtLeastFiveSteps) {
     const Outcome outcome =
         run("error " KAGERO_SCENES "/kerr.toml --quick --sample 4x4 -o spin --json spin.json --quiet");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -198,13 +200,13 @@ TEST_F(Error, IsZeroForStraightRays) {
     EXPECT_LT(report["curves"][0]["points"][0]["position"]["max"], 1e-12);
 }
 
-TEST(Slope, IgnoresUnknownErrors) {
+TEST(LadderFit, IgnoresUnknownErrors) {
     const double unknown = std::numeric_limits<double>::quiet_NaN();
-    const Slope second = slope_of({8, 4, 2, 1}, {unknown, 0.16, 0.04, 0.01}, 2, 10);
+    const LadderFit second = fit_ladder({8, 4, 2, 1}, {unknown, 0.16, 0.04, 0.01}, 2, 10);
     ASSERT_TRUE(second.order && second.floor);
     EXPECT_NEAR(*second.order, 2, 1e-12);
     EXPECT_EQ(*second.floor, 0.01);
-    const Slope none = slope_of({2, 1}, {unknown, unknown}, 2, 10);
+    const LadderFit none = fit_ladder({2, 1}, {unknown, unknown}, 2, 10);
     EXPECT_FALSE(none.order || none.floor);
     EXPECT_TRUE(std::isnan(percentiles_of({}).p50));
 }
@@ -224,14 +226,14 @@ TEST(Percentiles, AreBoundsForTheStatedShareOfTheValues) {
 // A bin of the histogram has a relative width of 1/256. The percentiles of the histogram are compared with those of the
 // sorted values.
 TEST(PercentileHistogram, CountsWithARelativeErrorOfAtMostOne256th) {
-    PercentileHistogram all, half;
-    EXPECT_TRUE(std::isnan(all.percentiles().p50)) << "without values";
+    PercentileHistogram histogram, other_half;
+    EXPECT_TRUE(std::isnan(histogram.percentiles().p50)) << "without values";
     std::vector<double> values;
     for (int i = 0; i < 3001; ++i) values.push_back(std::exp(0.05 * (i % 1000) - 37 + 1e-4 * i));
     values.insert(values.end(), {0, 1e-300, 1e40});
-    for (std::size_t i = 0; i < values.size(); ++i) (i % 2 ? all : half).add(values[i]);
-    all.add(half);
-    const Percentiles found = all.percentiles(), expected = percentiles_of(values);
+    for (std::size_t i = 0; i < values.size(); ++i) (i % 2 ? histogram : other_half).add(values[i]);
+    histogram.add(other_half);
+    const Percentiles found = histogram.percentiles(), expected = percentiles_of(values);
     for (const auto share : {&Percentiles::p50, &Percentiles::p90, &Percentiles::p99}) {
         EXPECT_GE(found.*share, expected.*share);
         EXPECT_LE(found.*share, expected.*share * (1 + 1 / 256.0));

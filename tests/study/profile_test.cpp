@@ -46,7 +46,7 @@ TEST_F(ProfileVerb, WritesAReport) {
     EXPECT_EQ(page.find("nan"), std::string::npos);
 }
 
-/// Number of traced columns of the picture, which has 75 columns. Averages over pixels need blocks of 2 × 2 pixels.
+/// Number of traced columns: the 75 columns of the picture, rounded up to complete blocks of 2 × 2 pixels.
 constexpr int traced_width = 76;
 
 TEST_F(ProfileVerb, ReportsAllNumbers) {
@@ -114,7 +114,8 @@ TEST_F(ProfileVerb, CoversTheFilmOnceWithTiles) {
 TEST_F(ProfileVerb, WritesATraceOfNestedEvents) {
     profile();
     const json trace = json::parse(read("report/trace.json"));
-    std::map<int, std::vector<std::pair<long long, long long>>> open;
+    // For each thread, the begin and end of the events that enclose the current event.
+    std::map<int, std::vector<std::pair<long long, long long>>> enclosing_events;
     std::size_t tiles = 0;
     for (const json& event : trace["traceEvents"]) {
         if (event["ph"] == "M") continue;
@@ -124,10 +125,10 @@ TEST_F(ProfileVerb, WritesATraceOfNestedEvents) {
         const long long begin = event["ts"], end = begin + event["dur"].get<long long>();
         EXPECT_GE(begin, 0);
         EXPECT_GE(end, begin);
-        auto& outer = open[event["tid"]];
-        while (!outer.empty() && begin >= outer.back().second) outer.pop_back();
-        EXPECT_TRUE(outer.empty() || end <= outer.back().second) << event;
-        outer.emplace_back(begin, end);
+        auto& enclosing = enclosing_events[event["tid"]];
+        while (!enclosing.empty() && begin >= enclosing.back().second) enclosing.pop_back();
+        EXPECT_TRUE(enclosing.empty() || end <= enclosing.back().second) << event;
+        enclosing.emplace_back(begin, end);
     }
     EXPECT_EQ(tiles, all_["tiles"]["count"]);
 }
@@ -170,15 +171,15 @@ TEST(Profile, KeepsTheCompleteRoundsIfInterrupted) {
     Film film(64, 40, {"color"});
     std::atomic<bool> stop = false;
     const auto halfway = [&](double done, double) { stop = done > 0.5; };
-    const Profile cut = profile(*plan, film, 3, halfway, &stop);
-    EXPECT_TRUE(cut.interrupted);
-    EXPECT_EQ(cut.repeats, 1u);
-    EXPECT_EQ(cut.schedules.size(), 3u);
-    EXPECT_GT(cut.stages.integrate, 0);
+    const Profile interrupted = profile(*plan, film, 3, halfway, &stop);
+    EXPECT_TRUE(interrupted.interrupted);
+    EXPECT_EQ(interrupted.rounds, 1u);
+    EXPECT_EQ(interrupted.schedules.size(), 3u);
+    EXPECT_GT(interrupted.stages.integrate, 0);
     stop = false;
     const Profile none = profile(*plan, film, 3, [&](double, double) { stop = true; }, &stop);
     EXPECT_TRUE(none.interrupted);
-    EXPECT_EQ(none.repeats, 0u);
+    EXPECT_EQ(none.rounds, 0u);
 }
 
 // The prediction must not depend on measured times. In the scene galaxy, most of the time is spent on colours.
@@ -195,18 +196,18 @@ TEST(Prediction, IsDeterministic) {
 TEST(Prediction, CorrelatesWithTheOperationsOfTiles) {
     const auto plan = plan_of_file(scene_file("room.toml"), {}, with_prediction());
     const Operations operations = operations_of(*plan);
-    std::vector<double> predicted, done;
+    std::vector<double> predicted, counted;
     for (const auto& [corner, record] : tiles_of(*plan)) {
         const Counters& c = record.counters;
         predicted.push_back(record.predicted);
-        done.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) +
-                       400 * double(c.queries));
+        counted.push_back(operations.per_gradient * double(c.gradients) + operations.per_step * double(c.steps) +
+                          400 * double(c.queries));
     }
-    EXPECT_GT(*correlation(predicted, done), 0.9);
+    EXPECT_GT(*correlation(predicted, counted), 0.9);
 }
 
-// Prediction is worthwhile with few tiles per thread, where the last tiles leave threads idle. It is also worthwhile
-// with many rays per pixel, where the remaining time is displayed.
+// Prediction is worthwhile with few tiles per thread, because threads are idle while others process the last tiles. It
+// is also worthwhile with many rays per pixel, because kagero then displays the remaining time.
 TEST(Prediction, IsChosenForFewTilesPerThreadOrManyRaysPerPixel) {
     const auto chosen = [](unsigned threads, const std::string& size, const std::string& spp) {
         Options options;
@@ -220,7 +221,7 @@ TEST(Prediction, IsChosenForFewTilesPerThreadOrManyRaysPerPixel) {
     EXPECT_EQ(chosen(1, "[1280,720]", "16"), Schedule::predicted);  // many rays per pixel
 }
 
-TEST(Correlation, IsThatOfPearson) {
+TEST(Correlation, IsPearsonsCoefficient) {
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {2, 4, 6}), 1);
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {3, 2, 1}), -1);
     EXPECT_DOUBLE_EQ(*correlation({1, 2, 3}, {1, 5, 1}), 0);

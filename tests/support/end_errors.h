@@ -1,5 +1,5 @@
-/// Comparison of the error layers of a picture with true errors. The true ray ends are known in closed form for two
-/// scenes: orbits around a Schwarzschild black hole, and circles in a fisheye.
+/// Compares the error layers of a picture with true errors. The true ray ends are known in closed form for two scenes:
+/// orbits around a Schwarzschild black hole, and circles in a fisheye.
 #pragma once
 
 #include "tests/support/plan_fixture.h"
@@ -60,7 +60,7 @@ inline Double3 to_double3(const double (&x)[3]) {
 using ExactEnd = std::function<RayEnd(const RayStart&, const RayEnd&)>;
 
 /// Returns the end with the exact direction of a ray that escapes from a Schwarzschild black hole, at r = 20 r_g.
-/// Applies to b > b_c (1 + 1e-4).
+/// The closed form applies to rays with b > b_c (1 + 1e-4).
 inline RayEnd exact_escape(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const Double3 q = to_double3(ray.q), p = to_double3(ray.p);
@@ -80,9 +80,9 @@ inline RayEnd exact_escape(const RayStart& ray, const RayEnd& end) {
     return exact;
 }
 
-/// Returns the end with the exact position of a ray in the fisheye, at x = 0.5. Let u be the coordinate along the part
-/// of the direction d that is normal to the x axis. The circle through (±1, 0) in the (x, u) plane with tangent d at
-/// (−1, 0) has its centre at u = −d_x/d_u.
+/// Returns the end with the exact position of a ray in the fisheye, at x = 0.5. Let u be the coordinate along that
+/// component of the direction d which is normal to the x axis. The circle through (±1, 0) in the (x, u) plane with
+/// tangent d at (−1, 0) has its centre at u = −d_x/d_u.
 inline RayEnd exact_hit(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double y = ray.p[1], z = ray.p[2], across = std::hypot(y, z), c = ray.p[0] / across;
@@ -93,7 +93,7 @@ inline RayEnd exact_hit(const RayStart& ray, const RayEnd& end) {
     return exact;
 }
 
-/// The error of one pixel as the layer estimates it, and the true error; both in pixels.
+/// The estimate of the error of one pixel in a layer, and the true error; both in units of a pixel.
 struct ErrorPair {
     double estimate, truth;
 };
@@ -103,7 +103,7 @@ struct Comparison {
     std::vector<ErrorPair> pairs;
     std::size_t unknown = 0;  ///< Number of pixels without an estimate (NaN in the layer).
 
-    /// Returns the fraction of the pixels whose estimate differs from the true error by at most the given factor.
+    /// Returns the fraction of `pairs` in which the ratio of estimate and true error is between 1/factor and factor.
     double share_within(double factor) const {
         std::size_t within = 0;
         for (const ErrorPair& pair : pairs)
@@ -112,9 +112,9 @@ struct Comparison {
     }
 };
 
-/// Renders a scene with one method and precision, and returns the errors of its pixels according to `layer` beside the
-/// true errors. Pixels whose true error is less than `min_roundings` roundings of the end are left out: their error is
-/// random, and the rounding errors of the closed form are as large.
+/// Renders a scene with one method and precision. Returns the estimates in `layer` and the true errors of the pixels.
+/// Pixels whose true error is below `min_roundings` rounding errors of the end are left out: their errors are random,
+/// and the rounding errors of the closed form are as large. `step` is the tolerance if the method is adaptive.
 inline Comparison compare(const char* scene, const std::string& method, double step, const ExactEnd& exact,
                           const std::string& layer, const std::string& precision, double min_roundings,
                           Overrides overrides = {}) {

@@ -19,7 +19,7 @@ size = [16, 8]
 checker = true
 )";
 
-/// Fixture that runs commands in a folder that contains the scene as hole.toml.
+/// Fixture for running the program in a folder that contains the scene `hole` as hole.toml.
 class HoleTest : public ProgramTest {
 protected:
     void SetUp() override {

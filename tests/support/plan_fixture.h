@@ -27,14 +27,14 @@ namespace kagero::test {
 
 using Overrides = std::vector<Override>;
 
-/// Returns the plan of a scene file; without a camera, the plan of a list of rays.
+/// Returns the plan of a scene file, for a picture or, if `with_camera` is false, for a list of rays.
 inline std::unique_ptr<Plan> plan_of_file(const std::string& path, const Overrides& overrides,
                                           const Options& options = {}, bool with_camera = true) {
     const Purpose purpose = with_camera ? Purpose::picture : Purpose::ray_list;
     return std::make_unique<Plan>(make_plan(load_scene(path, overrides, catalogue(options.isa)), options, purpose));
 }
 
-/// Returns the path of a scene in the folder scenes/.
+/// Return the path and the text of a scene in the folder scenes/.
 inline std::string scene_file(const std::string& name) { return std::string(KAGERO_SCENES "/") + name; }
 inline std::string scene_text(const std::string& name) {
     std::ifstream file(scene_file(name));
@@ -71,7 +71,8 @@ inline std::vector<std::string> supported_isas() {
     return names;
 }
 
-/// Returns options for one thread and the given strategy, "scalar" or "packet". The ends of listed rays contain λ.
+/// Returns options for one thread and the given strategy, "scalar" or "packet". With these options the ends of listed
+/// rays contain λ.
 inline Options with_strategy(const std::string& strategy) {
     Options options;
     options.parameter = true;

@@ -64,14 +64,14 @@ protected:
         return names;
     }
 
-    /// Runs kagero with `arguments`, which may use shell syntax. `before` is shell text in front of the command; it can
-    /// set variables or pipe data to stdin.
-    Outcome run(const std::string& arguments, const std::string& before = "") const {
-        return run_program(KAGERO_BINARY, arguments, before);
+    /// Runs kagero with `arguments`, which may use shell syntax. `prefix` is shell text in front of the command, such
+    /// as variables, or a command whose output is piped to stdin.
+    Outcome run(const std::string& arguments, const std::string& prefix = "") const {
+        return run_program(KAGERO_BINARY, arguments, prefix);
     }
     Outcome run_program(const std::string& program, const std::string& arguments,
-                        const std::string& before = "") const {
-        const std::string command = "cd '" + directory_.string() + "' && " + before + " '" + program + "' " +
+                        const std::string& prefix = "") const {
+        const std::string command = "cd '" + directory_.string() + "' && " + prefix + " '" + program + "' " +
                                     arguments + " >'" + (output_ / "out").string() + "' 2>'" +
                                     (output_ / "err").string() + "'";
         const int status = std::system(command.c_str());

@@ -50,7 +50,7 @@ struct Orbit {
     double modulus() const { return std::sqrt((ub - ua) / (uc - ua)); }
     /// Returns dF/dφ = √(u_c − u_a)/2.
     double rate() const { return 0.5 * std::sqrt(uc - ua); }
-    /// Returns the angle φ from u_a, where ψ = 0, to u.
+    /// Returns the angle φ that is swept from u_a, where ψ = 0, to u.
     double phase(double u) const {
         return boost::math::ellint_1(modulus(), std::asin(std::sqrt(std::min(1.0, (u - ua) / (ub - ua))))) / rate();
     }
@@ -58,13 +58,13 @@ struct Orbit {
     double swept(double r0, double r1) const { return phase(1 / r1) - phase(1 / r0); }
     /// Returns the angle swept from r0 to the turning point and out again to r0.
     double swept_around(double r0) const { return 2 * (boost::math::ellint_1(modulus()) / rate() - phase(1 / r0)); }
-    /// Returns the radius after the ray has swept the given angle; it starts at r0 and moves inward.
+    /// Returns the radius after a ray that starts at r0 and moves inward has swept the given angle.
     double radius_after(double r0, double angle) const {
         const double s = boost::math::jacobi_sn(modulus(), rate() * (phase(1 / r0) + angle));
         return 1 / (ua + (ub - ua) * s * s);
     }
-    /// Returns dq/dλ at the same point. Since dφ/dλ = b u², dr/dλ = −b du/dφ. This form contains no square root, which
-    /// would lose digits near the turning point.
+    /// Returns dq/dλ after the ray has swept the given angle. Since dφ/dλ = b u², dr/dλ = −b du/dφ. This form contains
+    /// no square root, which would lose digits near the turning point.
     Velocity velocity_after(double r0, double angle) const {
         double cn, dn;
         const double sn = boost::math::jacobi_elliptic(modulus(), rate() * (phase(1 / r0) + angle), &cn, &dn);

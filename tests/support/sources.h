@@ -1,4 +1,4 @@
-/// The text of the repository, for tests that check its structure and its language.
+/// Reads the C++ files of the repository, for tests that check the structure and the language of the sources.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,11 +23,11 @@ struct Source {
 
 inline bool starts_with(const std::string& text, const std::string& start) { return text.rfind(start, 0) == 0; }
 
-/// A piece of C++ text: code, a comment, or a string or character literal.
+/// A part of C++ text: code, a comment, or a string or character literal.
 struct Fragment {
     enum class Kind { code, comment, literal } kind;
     std::string text;
-    std::size_t line;  ///< line of its first character, from 1
+    std::size_t line;  ///< number of the line that contains the first character, from 1
 };
 
 /// Splits C++ text into fragments, in the order of the text.

@@ -43,7 +43,7 @@ TEST(Precision, IsDoubleIfFloatIsVisible) {
     EXPECT_FALSE(plan->precision_trial->reason_for_double.empty());
 }
 
-// No trial is made if double is requested, or if float would not be faster or not accurate enough.
+// No trial is made if double is requested, if float would not be faster, or if float would not be accurate enough.
 TEST(Precision, IsDoubleWithoutATrialIfFloatIsNoOption) {
     const auto is_double = [](const Overrides& overrides, const Options& options = {}) {
         const auto plan = plan_with_chosen_precision("room.toml", overrides, options);

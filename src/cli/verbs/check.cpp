@@ -25,6 +25,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const auto write_report = [&](const std::string& text) {
         write_output(json ? arguments.json : "-", [&](std::ostream& out) { out << text; });
     };
+    // Calls `make`. If it throws InputError, writes the JSON report of the error first.
     const auto with_error_report = [&](const auto& make) {
         try {
             return make();

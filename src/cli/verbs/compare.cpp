@@ -48,25 +48,25 @@ std::vector<std::string> methods_of(const std::string& text) {
 
 /// Converts the arguments. `--lanes` is a list of packet sizes here, not an override of integrator.lanes.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
-    CompareOptions compared;
-    compared.isas = find_isa_names(options.isa == "auto" ? "all" : options.isa);
-    if (options.threads) compared.threads = options.threads;
-    compared.strategy = options.strategy;
-    compared.precision = options.precision;
+    CompareOptions converted;
+    converted.isas = find_isa_names(options.isa == "auto" ? "all" : options.isa);
+    if (options.threads) converted.threads = options.threads;
+    converted.strategy = options.strategy;
+    converted.precision = options.precision;
     if (!arguments.lanes.empty() && arguments.lanes != "auto")
         for (const std::string& word : split(arguments.lanes, ','))
-            compared.lanes.push_back(count_of("--lanes", word, max_lanes));
-    if (!arguments.methods.empty()) compared.methods = methods_of(arguments.methods);
-    if (!arguments.rounds.empty()) compared.rounds = count_of("--rounds", arguments.rounds, max_rounds);
-    if (arguments.equal_error.empty()) return compared;
-    compared.equal_error = finite_number("--equal-error", arguments.equal_error);
-    if (!(compared.equal_error > 0))
+            converted.lanes.push_back(count_of("--lanes", word, max_lanes));
+    if (!arguments.methods.empty()) converted.methods = methods_of(arguments.methods);
+    if (!arguments.rounds.empty()) converted.rounds = count_of("--rounds", arguments.rounds, max_rounds);
+    if (arguments.equal_error.empty()) return converted;
+    converted.equal_error = finite_number("--equal-error", arguments.equal_error);
+    if (!(converted.equal_error > 0))
         throw InputError("--equal-error: " + arguments.equal_error + " is not greater than 0 (in pixels)");
-    if (!compared.methods.empty())
+    if (!converted.methods.empty())
         throw InputError(
             "--equal-error and --methods exclude each other: --equal-error chooses the methods; leave one "
             "of them out");
-    return compared;
+    return converted;
 }
 
 Comparison compare_with_progress(const SceneDescription& scene, const CompareOptions& options,
@@ -79,19 +79,20 @@ Comparison compare_with_progress(const SceneDescription& scene, const CompareOpt
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     Options options = options_of(arguments);
-    const CompareOptions compared = compare_options(arguments, options);
-    options.isa = compared.isas.front();  // Every module accepts the same names in scenes.
+    const CompareOptions requested = compare_options(arguments, options);
+    options.isa = requested.isas.front();  // Every module accepts the same names in scenes.
     // The general path is compared, because strategies differ in how they evaluate H. Methods for the orbit plane do
     // not evaluate H.
     Arguments general = arguments;
     general.lanes.clear();
     const SceneDescription scene = general_path_scene_of(general, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
-    const Comparison comparison = compare_with_progress(scene, compared, terminal);
+    const Comparison comparison = compare_with_progress(scene, requested, terminal);
     for (const std::string& remark : comparison.remarks) terminal.warning(remark);
-    if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << compare_text(compared, comparison); });
+    if (arguments.json != "-")
+        write_output("-", [&](std::ostream& out) { out << compare_text(requested, comparison); });
     if (!arguments.json.empty())
-        write_output(arguments.json, [&](std::ostream& out) { out << compare_json(scene, compared, comparison); });
+        write_output(arguments.json, [&](std::ostream& out) { out << compare_json(scene, requested, comparison); });
     return comparison.interrupted ? exit_interrupted : exit_done;
 }
 

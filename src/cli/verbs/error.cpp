@@ -81,7 +81,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const StudyOptions requested = study_options(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
-    Options plan_options;  // --precision and --strategy select the studied methods; they do not apply to this plan.
+    Options plan_options;  // --precision and --strategy select curves of the study; they do not apply to this plan.
     plan_options.isa = options.isa;
     plan_options.threads = options.threads;
     const Plan plan = make_plan(std::move(scene), plan_options);
@@ -91,8 +91,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
             std::string("integrator.max_pixel_error has no effect on `kagero error`; the method of the scene is ") +
             plan.method().name);
     const std::string directory = report_directory(arguments, "error");
-    const ReportDirectory made(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
-                               files_of(plan.description()));
+    const ReportDirectory report(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
+                                 files_of(plan.description()));
     const ErrorStudy study = study_with_progress(plan, requested, terminal);
     write_report(directory, plan, study);
     if (!arguments.json.empty())

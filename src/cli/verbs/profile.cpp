@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t max_repeats = 1000;
+constexpr std::uint32_t max_rounds = 1000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
@@ -41,21 +41,21 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-/// Returns the number of rounds; 0 means that profile() chooses it.
-unsigned repeats_of(const Arguments& arguments) {
+/// Returns the number of rounds that --repeat states; 0 means that profile() chooses it.
+unsigned rounds_of(const Arguments& arguments) {
     if (arguments.repeat.empty()) return 0;
-    return count_of("--repeat", arguments.repeat, max_repeats);
+    return count_of("--repeat", arguments.repeat, max_rounds);
 }
 
-Profile profile_with_progress(const Plan& plan, Film& film, unsigned repeats, const Terminal& terminal) {
+Profile profile_with_progress(const Plan& plan, Film& film, unsigned rounds, const Terminal& terminal) {
     ProgressLine line(terminal);
     return profile(
-        plan, film, repeats, [&](double done, double seconds) { line.show(done, seconds); },
+        plan, film, rounds, [&](double done, double seconds) { line.show(done, seconds); },
         InterruptGuard::requested());
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
-    const unsigned repeats = repeats_of(arguments);
+    const unsigned rounds = rounds_of(arguments);
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
     check_crop(arguments, options, scene.film);
@@ -63,13 +63,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Plan plan = resolve_with_progress(std::move(scene), options, terminal);
     const InterruptGuard interrupts;
     const std::string directory = report_directory(arguments, "profile");
-    const ReportDirectory made(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json,
-                               files_of(plan.description()));
+    const ReportDirectory report(directory, {"profile.json", "trace.json", "report.html", picture}, arguments.json,
+                                 files_of(plan.description()));
 
     prepare_to_write(picture);  // The time for loading the picture writer must not count as time for writing.
     Film film = film_of(plan);
-    const Profile profile = profile_with_progress(plan, film, repeats, terminal);
-    if (profile.repeats == 0) throw Interrupted();
+    const Profile profile = profile_with_progress(plan, film, rounds, terminal);
+    if (profile.rounds == 0) throw Interrupted();
     const double write_seconds = save_film(film, path_in(directory, picture), picture_metadata(plan, profile.report));
     const std::string json = profile_json(plan, profile, write_seconds);
     write_text_file(path_in(directory, "profile.json"), json);
@@ -81,7 +81,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     terminal.note((profile.interrupted ? "interrupted; the results so far are in " : "the report is in ") +
                   path_in(directory, "report.html"));
     if (profile.interrupted) return exit_interrupted;
-    return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
+    return plan.method_trial && !plan.method_trial->bound_met ? exit_bound : exit_done;
 }
 
 }  // namespace

@@ -94,8 +94,8 @@ RunReport render_with_progress(const Plan& plan, Film& film, const std::string& 
     return render_with_errors(plan, film, control);
 }
 
-/// Returns those of the layers `names` that --maps writes; none without --maps. Throws InputError if --maps is given
-/// and none of the layers contains numbers.
+/// Returns the layers among `names` that contain numbers, for which --maps writes files; none without --maps. Throws
+/// InputError if --maps is given and no layer contains numbers.
 std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names) {
     std::vector<const LayerInfo*> mapped;
     if (!arguments.maps) return mapped;
@@ -145,13 +145,13 @@ void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& ter
         terminal.warning(
             (unfinished == rays ? "no ray ended" : rounded(unfinished) + " of " + rounded(rays) + " rays did not end") +
             " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) +
-            " steps; they are black. Try a greater integrator.max_steps");
+            " steps; the pixels of these rays are black. Try a greater integrator.max_steps");
     if (count(Status::failed) > max_share * rays)
         terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) +
-                         " rays failed and are black; `kagero trace` prints the reason for each ray. If steps failed, "
-                         "try " +
+                         " rays failed, and their pixels are black; `kagero trace` prints the reason for each ray. If "
+                         "steps failed, try " +
                          (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step"));
-    if (report.energy_error.p99 > max_energy_error && !(plan.method_trial && plan.method_trial->met))
+    if (report.energy_error.p99 > max_energy_error && !(plan.method_trial && plan.method_trial->bound_met))
         terminal.warning("the 99th percentile of the relative error of H is " + rounded(report.energy_error.p99) +
                          "; above " + rounded(max_energy_error) + " the picture may be wrong. Try a smaller " +
                          (plan.method().adaptive ? "integrator.tolerance" : "integrator.step"));
@@ -172,14 +172,14 @@ void check_combination(const Arguments& arguments) {
     refuse(!arguments.time_limit.empty(), "--time-limit");
 }
 
-/// Writes the JSON, prints the result and warnings, and returns the exit status.
+/// Writes the JSON report, prints the result and warnings, and returns the exit status.
 int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output,
              const std::string& json, const Terminal& terminal) {
     if (!json.empty()) write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds); });
     print_result(report, output, terminal);
     warn_of_ends(plan, report, terminal);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
-    return plan.method_trial && !plan.method_trial->met ? exit_bound : exit_done;
+    return plan.method_trial && !plan.method_trial->bound_met ? exit_bound : exit_done;
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {
@@ -187,10 +187,10 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
-    // The precision is double without a trial in two cases. A path shows differences between float and double that are
-    // invisible in a picture. With a time limit, a trial would take time from rendering.
-    const bool no_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
-    if (no_trial && !options.precision) options.precision = Precision::float64;
+    // With --pixel or --time-limit, the precision is double without a trial. A path shows differences between float and
+    // double that are invisible in a picture. With a time limit, a trial would leave less time for rendering.
+    const bool no_precision_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
+    if (no_precision_trial && !options.precision) options.precision = Precision::float64;
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
@@ -202,15 +202,15 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         check_outputs(outputs, files_of(scene));
     }
     check_crop(arguments, options, scene.film);
-    const bool whole = arguments.crop.empty();
-    const std::uint32_t width = whole ? scene.film.width : options.crop.x1 - options.crop.x0,
-                        height = whole ? scene.film.height : options.crop.y1 - options.crop.y0;
+    const bool whole_film = arguments.crop.empty();
+    const std::uint32_t width = whole_film ? scene.film.width : options.crop.x1 - options.crop.x0,
+                        height = whole_film ? scene.film.height : options.crop.y1 - options.crop.y0;
     if (arguments.pixel.empty()) {
         check_writable(output, scene.film.layers, width, height);
         // The JSON and the attributes of an .exr file contain the error of H.
         options.energy_error = !arguments.json.empty() || stores_all_layers(output);
     }
-    auto prepared = std::async(std::launch::async, [&] {
+    auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (arguments.pixel.empty()) prepare_to_write(output);
     });
 
@@ -223,7 +223,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.pixel.empty()) return write_pixel_path(plan, arguments.pixel, terminal);
 
     Film film = film_of(plan);
-    prepared.get();  // Waits for the thread, so that no other work runs during rendering.
+    writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
     const RunReport report =
         render_with_progress(plan, film, output, deadline.remaining_seconds() + plan.load_seconds, terminal);
     const double write_seconds = save_film(film, output, picture_metadata(plan, report));

@@ -40,7 +40,7 @@ StabilityRequest request_of(const Arguments& arguments) {
 
 /// Moves the value of `--json` to the cases if it is the name of a case.
 void restore_case(std::vector<std::string>& cases, std::string& json) {
-    if (!json_holds_positional(json, stability_case_names(), "a case")) return;
+    if (!json_is_positional(json, stability_case_names(), "a case")) return;
     cases.push_back(json);
     json = "-";
 }

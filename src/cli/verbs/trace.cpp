@@ -60,7 +60,7 @@ std::vector<RayInput> rays_of(const Arguments& arguments) {
     return read_rays(in, arguments.rays);
 }
 
-/// The rays to be traced, with the scene and the options.
+/// The rays to trace, with the scene and the options.
 struct Request {
     const Arguments& arguments;
     SceneDescription scene;
@@ -86,7 +86,7 @@ SceneDescription scene_with_parameter(Arguments arguments, const Options& option
 }
 
 /// Returns the plan for the CSV, whose columns include the error of H and λ, or for the timed runs of the JSON report.
-/// Prints the remarks of the plan once, also if both are written.
+/// Prints the remarks of the plan as warnings, only once if both CSV and JSON are written.
 Plan plan_of(const Request& request, bool for_csv) {
     SceneDescription scene = request.scene;
     Options options = request.options;
@@ -110,7 +110,7 @@ Plan plan_of(const Request& request, bool for_csv) {
     return plan;
 }
 
-/// Traces the rays and writes their ends or paths as CSV. Returns true if it was interrupted.
+/// Traces the rays and writes their ends or paths as CSV. Returns true if the run was interrupted.
 bool write_csv(const Request& request, const std::string& output, const RunControl& control) {
     const auto plan = plan_of(request, true);
     const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
@@ -140,6 +140,7 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
     return runs.size();
 }
 
+/// Throws InputError for invalid values of options, and for options that cannot be combined.
 void check_combination(const Arguments& arguments) {
     if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))

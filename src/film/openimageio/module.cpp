@@ -29,15 +29,15 @@ std::string too_large(const DecodedImage& image) {
            " pixels, which requires more memory than is available";
 }
 
-/// Returns true if the stored pixels do not cover exactly the picture: in OpenEXR, the data window differs from the
-/// display window.
+/// Returns true if an OpenEXR file stores the pixels of a data window that differs from the display window, which is
+/// the picture.
 bool has_partial_data_window(const OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     return input.format_name() == std::string("openexr") &&
            (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
             spec.height != spec.full_height);
 }
 
-/// Copies the stored pixels to their position in the picture. Pixels that are not stored become black.
+/// Changes an image of the data window to an image of the display window. Pixels outside the data window become black.
 void expand_to_display_window(const OIIO::ImageSpec& spec, DecodedImage& image) {
     OIIO::ImageSpec stored(spec.width, spec.height, image.channels, OIIO::TypeDesc::FLOAT);
     stored.x = spec.x;

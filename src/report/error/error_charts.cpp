@@ -24,7 +24,7 @@ std::string tooltip_of(const StudyCurve& curve, const StudyPoint& point) {
            " pixel for 90 % of the rays";
 }
 
-/// Returns true for the method of the scene and for the recipe as printed in Satoh (2003).
+/// Returns true for the method of the scene and for the representative method of the family `recipe`.
 bool is_emphasized(const StudyCurve& curve) {
     return curve.is_scene_method || (curve.info->family == MethodFamily::recipe && curve.info->representative);
 }
@@ -32,7 +32,7 @@ bool is_emphasized(const StudyCurve& curve) {
 Series series_of(const ErrorStudy& study, const StudyCurve& curve, Work work) {
     const MethodStyle style = style_of(*curve.info);
     Series series{curve.method, style.color, style.mark,
-                  false,        false,       is_emphasized(curve) && study.shows(curve) && !curve.has_loose_solver,
+                  false,        false,       is_emphasized(curve) && study.is_main(curve) && !curve.has_loose_solver,
                   {},           {}};
     if (curve.has_loose_solver) {
         series.label += " loose";
@@ -58,11 +58,11 @@ const char* color_of(Strategy strategy) {
 /// distinct.
 bool is_in_overview(const ErrorStudy& study, std::size_t index) {
     const StudyCurve& curve = study.curves[index];
-    if (curve.strategy != study.strategy) return false;
+    if (curve.strategy != study.main_strategy) return false;
     if (curve.is_scene_method) return true;
-    for (const Cheapest& best : study.cheapest)
+    for (const CheapestPoint& best : study.cheapest)
         if (best.found && best.curve == index) return true;
-    return curve.precision == study.precision && !curve.has_loose_solver && curve.info->representative;
+    return curve.precision == study.main_precision && !curve.has_loose_solver && curve.info->representative;
 }
 
 std::string chart_of(const Plan& plan, const ErrorStudy& study, const std::vector<const StudyCurve*>& curves,
@@ -88,7 +88,7 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
         // The number of gradient evaluations is about the same in both precisions, so its chart shows only one of them.
-        if (curve.precision != study.precision && work == Work::gradients) continue;
+        if (curve.precision != study.main_precision && work == Work::gradients) continue;
         if (is_in_overview(study, i)) curves.push_back(&curve);
     }
     return chart_of(plan, study, curves, work);
@@ -99,7 +99,7 @@ std::string family_chart(const Plan& plan, const ErrorStudy& study, MethodFamily
     bool has_other_curves = false;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
-        if (curve.strategy != study.strategy || curve.info->family != family) continue;
+        if (curve.strategy != study.main_strategy || curve.info->family != family) continue;
         curves.push_back(&curve);
         has_other_curves |= !is_in_overview(study, i);
     }
@@ -111,7 +111,7 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
     chart.title = "Error of H along one ray of " + plan.description().path;
     chart.x = {"parameter λ along the ray", false};
     chart.y.title = "|H − H₀| relative";
-    for (const EnergyTrace& trace : study.energy) {
+    for (const EnergyTrace& trace : study.energy_traces) {
         const MethodStyle style = style_of(*trace.info);
         const bool is_scene_method = trace.info->name == plan.method().name;
         Series series{trace.info->name,
@@ -137,22 +137,22 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
 std::string strategy_chart(const ErrorStudy& study) {
     BarChart chart;
     chart.title = "Run time per ray by strategy and instruction set";
-    double baseline = 0;
-    for (const StrategyTime& one : study.strategies) {
-        const KernelInfo& kernel = *one.kernel;
+    double baseline = 0;  // Time of the first scalar kernel in double; 0 if there is none.
+    for (const StrategyTime& timed : study.strategies) {
+        const KernelInfo& kernel = *timed.kernel;
         const bool scalar = kernel.strategy == Strategy::scalar;
-        if (baseline == 0 && scalar && kernel.precision == Precision::float64) baseline = one.time.median;
+        if (baseline == 0 && scalar && kernel.precision == Precision::float64) baseline = timed.time.median;
     }
-    for (const StrategyTime& one : study.strategies) {
-        if (!std::isfinite(one.time.median)) continue;
-        const KernelInfo& kernel = *one.kernel;
-        std::string label = one.isa + " " + name_of(kernel.strategy);
+    for (const StrategyTime& timed : study.strategies) {
+        if (!std::isfinite(timed.time.median)) continue;
+        const KernelInfo& kernel = *timed.kernel;
+        std::string label = timed.isa + " " + name_of(kernel.strategy);
         if (kernel.form != Form::none) label += std::string(" ") + name_of(kernel.form);
-        std::string value_text = short_number(std::round(one.time.median)) + " ns";
-        if (one.time.median >= 1000) value_text = short_number(one.time.median / 1000) + " µs";
-        if (baseline > 0) value_text += " · " + short_number(baseline / one.time.median) + "×";
+        std::string value_text = short_number(std::round(timed.time.median)) + " ns";
+        if (timed.time.median >= 1000) value_text = short_number(timed.time.median / 1000) + " µs";
+        if (baseline > 0) value_text += " · " + short_number(baseline / timed.time.median) + "×";
         chart.bars.push_back({label + ", " + name_of(kernel.precision), color_of(kernel.strategy), value_text,
-                              one.time.median, one.time.min, one.time.max});
+                              timed.time.median, timed.time.min, timed.time.max});
     }
     return svg_of(chart);
 }

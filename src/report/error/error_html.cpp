@@ -27,13 +27,13 @@ std::string nanoseconds_text(double nanoseconds) {
     return nanoseconds >= 1e4 ? html_number(nanoseconds / 1e3) + " µs" : html_number(nanoseconds) + " ns";
 }
 
-std::string bound_text(const Cheapest& best) {
-    if (best.measure == std::string("direction")) return html_number(best.error) + " rad in direction";
-    return best.error == 0.25 ? "¼ pixel" : html_number(best.error) + " pixel";
+std::string bound_text(const CheapestPoint& best) {
+    if (best.quantity == std::string("direction")) return html_number(best.bound) + " rad in direction";
+    return best.bound == 0.25 ? "¼ pixel" : html_number(best.bound) + " pixel";
 }
 
 /// Returns true if some rays have an end point whose error can be measured. Captured rays have none.
-bool has_ends(const ErrorStudy& study) { return std::isfinite(study.reference.uncertainty.p99); }
+bool has_end_points(const ErrorStudy& study) { return std::isfinite(study.reference.uncertainty.p99); }
 
 std::string facts(const Plan& plan, const ErrorStudy& study) {
     const ReferenceSummary& reference = study.reference;
@@ -43,10 +43,10 @@ std::string facts(const Plan& plan, const ErrorStudy& study) {
                           std::to_string(study.sample.height) + " pixels of the film");
     text += html_fact(html_text(plan.description().space.hamiltonian),
                       "space; the method of the scene is " + html_text(plan.method().name));
-    if (has_ends(study))
+    if (has_end_points(study))
         text += html_fact(html_number(reference.uncertainty.p99) + " units",
                           "uncertainty of the reference for 99 % of the rays: difference of " +
-                              html_text(reference.method) + " and " + html_text(reference.confirmed_by));
+                              html_text(reference.method) + " and " + html_text(reference.confirming_method));
     text += html_fact(html_text(plan.module().isa) + ", " + std::to_string(study.options.threads) +
                           (study.options.threads == 1 ? " thread" : " threads"),
                       html_text(processor_name()) + "; kernels compiled by " + html_text(plan.module().compiler));
@@ -55,7 +55,7 @@ std::string facts(const Plan& plan, const ErrorStudy& study) {
 
 std::string cheapest_section(const ErrorStudy& study) {
     Rows rows;
-    for (const Cheapest& best : study.cheapest) {
+    for (const CheapestPoint& best : study.cheapest) {
         if (!best.found) {
             rows.push_back({bound_text(best), "not reached", "", "", "", ""});
             continue;
@@ -87,21 +87,21 @@ std::string legend(const ErrorStudy& study) {
     return text + "</p>\n";
 }
 
-/// Returns one chart per kind of method, for kinds with methods that the first chart leaves out.
+/// Returns one chart per family of methods, for families with methods that the first chart leaves out.
 std::string families_section(const Plan& plan, const ErrorStudy& study) {
     std::string text;
     for (const FamilyStyle& family : family_styles())
         if (const std::string svg = family_chart(plan, study, family.family); !svg.empty())
             text += html_figure(std::string("Error against run time: ") + family.name, svg,
-                                "All methods of this kind. Dashed: single precision. Dotted: implicit equations solved "
-                                "to a hundredth of the error of the step.");
+                                "All methods of this family. Dashed: single precision. Dotted: with a solver tolerance "
+                                "of a hundredth of the direction error at the same step.");
     return text;
 }
 
 std::string order_section(const ErrorStudy& study) {
     Rows rows;
     for (const StudyCurve& curve : study.curves) {
-        if (!study.shows(curve) || curve.has_loose_solver) continue;
+        if (!study.is_main(curve) || curve.has_loose_solver) continue;
         rows.push_back({"<span style=\"color:" + style_of(*curve.info).color + "\">■</span> " +
                             html_text(curve.method) + (curve.is_scene_method ? " <b>(method of the scene)</b>" : ""),
                         html_text(curve.info->what), curve.rescaled ? "yes" : "no",
@@ -174,7 +174,7 @@ std::string data_section(const ErrorStudy& study) {
         "units, direction errors in radians. Flips: rays with another status or object than the reference; they are "
         "left out of all percentiles. Ill-cond.: ill-conditioned rays, for which the angle between neighbouring rays "
         "grows by a factor above 1000 (" +
-        std::to_string(study.ill_conditioned) +
+        std::to_string(study.ill_conditioned_rays) +
         " rays of the sample). The column shows their greatest pixel error divided by that factor. In the percentiles "
         "of pixels, their errors are divided by a thousandth of the factor; all other percentiles leave them out. No "
         "surfaces: the same rays in a scene without surfaces. They end when they leave the scene, or after the number "
@@ -189,7 +189,7 @@ std::string data_section(const ErrorStudy& study) {
 }
 
 std::string map_section(const ErrorStudy& study) {
-    if (study.map.truth.empty() || !has_ends(study)) return "";
+    if (study.map.truth.empty() || !has_end_points(study)) return "";
     const double within = share_within_factor(study.map, 3);
     return html_figure("Error map of the picture", error_map_svg(study.map),
                        "The picture with the method and step of the scene. Middle: the error that rendering estimates "
@@ -206,12 +206,12 @@ std::string reference_section(const ErrorStudy& study) {
            "the loop that <code>render</code> uses; only the method, its step and the precision change. The reference "
            "is " +
            html_text(r.method) + (r.adaptive ? " at tolerance " : " at step ") + html_number(r.step) +
-           ". A second method confirms it: " + html_text(r.confirmed_by) +
-           (r.confirmed_adaptive ? " at tolerance " : " at step ") + html_number(r.confirmed_step) +
-           (has_ends(study) ? ". The distance of their end points is " + html_number(r.uncertainty.p50) +
-                                  " (median), " + html_number(r.uncertainty.p99) + " (99th percentile) and " +
-                                  html_number(r.uncertainty.max) + " (maximum), in scene units. "
-                            : std::string(". ")) +
+           ". A second method confirms it: " + html_text(r.confirming_method) +
+           (r.confirming_adaptive ? " at tolerance " : " at step ") + html_number(r.confirming_step) +
+           (has_end_points(study) ? ". The distance of their end points is " + html_number(r.uncertainty.p50) +
+                                        " (median), " + html_number(r.uncertainty.p99) + " (99th percentile) and " +
+                                        html_number(r.uncertainty.max) + " (maximum), in scene units. "
+                                  : std::string(". ")) +
            (r.unconfirmed ? html_number(double(r.unconfirmed)) +
                                 " rays are left out, because the two methods disagree on their status or object. "
                           : std::string("Both agree on the status and object of every ray. ")) +
@@ -237,7 +237,7 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
         body +=
             "<p>Every ray of this scene is a straight line, so that no integrator runs. All errors are rounding "
             "errors.</p>\n";
-    else if (!has_ends(study))
+    else if (!has_end_points(study))
         body +=
             "<p>Every ray of this scene is captured or fails, so that there are no end points whose error could be "
             "measured.</p>\n";
@@ -247,9 +247,8 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
             "Error against run time", work_precision_chart(plan, study, Work::nanoseconds),
             "Each mark is one step size, or one tolerance of an adaptive method. Lower marks are more accurate; marks "
             "further left are faster. The best method for an error is the leftmost line at that height. Dashed: single "
-            "precision. Dotted: implicit equations solved to a hundredth of the error of the step, instead of to the "
-            "solver tolerance of the scene. Thick: the method of the scene, and the recipe as printed in Satoh "
-            "(2003).") +
+            "precision. Dotted: with a solver tolerance of a hundredth of the direction error at the same step instead "
+            "of that of the scene. Thick: the method of the scene, and the recipe as printed in Satoh (2003).") +
         legend(study);
     body += html_figure(
         "Error against work", work_precision_chart(plan, study, Work::gradients),
@@ -258,7 +257,7 @@ std::string error_page(const Plan& plan, const ErrorStudy& study) {
         "as intersections and the solution of implicit equations.");
     body += order_section(study);
     body += families_section(plan, study);
-    if (!study.energy.empty())
+    if (!study.energy_traces.empty())
         body += html_figure(
             "H along one ray", energy_chart(plan, study),
             "One well-conditioned ray of the sample: the one at which the angle between neighbouring rays grows most, "

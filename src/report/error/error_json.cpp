@@ -20,8 +20,8 @@ Json json_of(const ReferenceSummary& summary) {
     for (std::uint32_t s = 0; s < status_count; ++s) status[name_of(static_cast<Status>(s))] = summary.status[s];
     return {{"method", summary.method},
             {summary.adaptive ? "tolerance" : "step", summary.step},
-            {"confirmed_by", summary.confirmed_by},
-            {summary.confirmed_adaptive ? "confirmed_tolerance" : "confirmed_step", summary.confirmed_step},
+            {"confirmed_by", summary.confirming_method},
+            {summary.confirming_adaptive ? "confirmed_tolerance" : "confirmed_step", summary.confirming_step},
             {"uncertainty", json_of(summary.uncertainty)},
             {"direction_uncertainty", json_of(summary.direction)},
             {"pixels_uncertainty", json_of(summary.pixels)},
@@ -74,8 +74,8 @@ Json json_of(const StudyCurve& curve) {
 
 Json cheapest_json(const ErrorStudy& study) {
     Json all = Json::array();
-    for (const Cheapest& best : study.cheapest) {
-        Json row{{"error", best.error},
+    for (const CheapestPoint& best : study.cheapest) {
+        Json row{{"error", best.bound},
                  {"method", nullptr},
                  {"step", nullptr},
                  {"precision", nullptr},
@@ -88,7 +88,7 @@ Json cheapest_json(const ErrorStudy& study) {
             row["precision"] = name_of(curve.precision);
             row["ns_per_ray"] = point.time.median;
         }
-        row["measure"] = best.measure;
+        row["measure"] = best.quantity;
         row["solver_tolerance"] =
             best.found ? Json(study.curves[best.curve].points[best.point].solver_tolerance) : Json();
         all.push_back(row);
@@ -140,7 +140,7 @@ std::string error_json(const Plan& plan, const ErrorStudy& study) {
     json["sample"] = {{"width", study.sample.width},
                       {"height", study.sample.height},
                       {"rays", study.sample.starts.size()},
-                      {"ill_conditioned", study.ill_conditioned},
+                      {"ill_conditioned", study.ill_conditioned_rays},
                       {"pixel_angle", study.sample.pixel_angle}};
     json["isa"] = plan.module().isa;
     json["compiler"] = plan.module().compiler;

@@ -61,16 +61,17 @@ struct Decades {
     }
     /// Returns the position of a value on the scale: 0 at `least`, 1 at `greatest`. Returns 0 for smaller values, more
     /// than 1 for greater values, and −1 for values that are not finite.
-    float share(float value) const {
+    float position_of(float value) const {
         if (!std::isfinite(value)) return -1;
         return value > 0 ? std::max(0.0f, float((std::log10(double(value)) - least) / (greatest - least))) : 0;
     }
 };
 
+/// Returns a PNG image of one of the two error maps in false colours.
 std::vector<unsigned char> colored(const ErrorMap& map, const std::vector<float>& values, const Decades& decades) {
-    std::vector<float> shares;
-    for (const float value : values) shares.push_back(decades.share(value));
-    return png_of_false_colors(shares, static_cast<int>(map.width), static_cast<int>(map.height));
+    std::vector<float> positions;
+    for (const float value : values) positions.push_back(decades.position_of(value));
+    return png_of_false_colors(positions, static_cast<int>(map.width), static_cast<int>(map.height));
 }
 
 /// Draws the colour scale and its labels.
@@ -79,9 +80,9 @@ std::string scale(const Decades& decades, double top, double height) {
     std::vector<float> ramp;
     for (int i = 0; i < shades; ++i) ramp.push_back(1 - float(i) / (shades - 1));
     std::string text = image(bar_left, top, bar_width, height, png_of_false_colors(ramp, 1, shades), "pixels");
-    const int all = decades.greatest - decades.least, stride = (all + max_labels - 1) / max_labels;
+    const int count = decades.greatest - decades.least, stride = (count + max_labels - 1) / max_labels;
     for (int e = decades.least; e <= decades.greatest; e += stride) {
-        const double y = top + height * (decades.greatest - e) / all;
+        const double y = top + height * (decades.greatest - e) / count;
         text +=
             text_element(bar_left + bar_width + 5, std::clamp(y + 4, top + 10, top + height), "label", power_of_ten(e));
     }

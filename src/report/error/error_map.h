@@ -1,4 +1,4 @@
-/// The error map of an error study.
+/// Drawing of the error map of an error study.
 #pragma once
 
 #include "study/picture_error.h"

@@ -54,9 +54,9 @@ constexpr const char* columns =
 
 std::string error_text(const ErrorStudy& study) {
     std::string text;
-    for (const Cheapest& best : study.cheapest) {
-        text += "error of 99 % of the rays at most " + shortest(best.error) +
-                (std::string(best.measure) == "pixels" ? " pixel: " : " rad: ");
+    for (const CheapestPoint& best : study.cheapest) {
+        text += "error of 99 % of the rays at most " + shortest(best.bound) +
+                (std::string(best.quantity) == "pixels" ? " pixel: " : " rad: ");
         if (!best.found) {
             text += "not reached by any measured point\n";
             continue;
@@ -92,10 +92,10 @@ std::string error_plot(const Plan& plan, const ErrorStudy& study) {
         "' noenhanced\n"
         "set xlabel 'ns per ray'\nset ylabel 'position error of 90 % of the rays, scene units'\n"
         "pick(method, precision, loose) = strcol(1) eq method && strcol(2) eq '" +
-        std::string(name_of(study.strategy)) + "' && strcol(3) eq precision && strcol(34) eq loose\n";
+        std::string(name_of(study.main_strategy)) + "' && strcol(3) eq precision && strcol(34) eq loose\n";
     const char* between = "plot \\\n    ";
     for (const StudyCurve& curve : study.curves) {
-        if (curve.strategy != study.strategy) continue;
+        if (curve.strategy != study.main_strategy) continue;
         const std::string precision = name_of(curve.precision);
         text += std::string(between) + "'results.csv' skip 1 using (pick('" + curve.method + "', '" + precision +
                 "', '" + (curve.has_loose_solver ? "yes" : "no") +

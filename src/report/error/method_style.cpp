@@ -27,10 +27,11 @@ MethodStyle style_of(const IntegratorInfo& method) {
     const auto family =
         std::find_if(families.begin(), families.end(), [&](const FamilyStyle& f) { return f.family == method.family; });
     if (family == families.end()) return {"var(--ink)", Mark::circle};
-    // The shade is a hash of the name, so that a method has the same colour in every report.
-    unsigned sum = 0;
-    for (const char c : std::string_view(method.name)) sum = 31 * sum + static_cast<unsigned char>(c);
-    return {family->color(static_cast<int>(sum / 3 % 3) * 12 - 12, 34 + static_cast<int>(sum % 3) * 8), family->mark};
+    // The colour depends on a hash of the name, so that a method has the same colour in every report.
+    unsigned hash = 0;
+    for (const char c : std::string_view(method.name)) hash = 31 * hash + static_cast<unsigned char>(c);
+    const int hue_shift = static_cast<int>(hash / 3 % 3) * 12 - 12, lightness = 34 + static_cast<int>(hash % 3) * 8;
+    return {family->color(hue_shift, lightness), family->mark};
 }
 
 }  // namespace kagero

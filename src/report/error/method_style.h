@@ -1,4 +1,5 @@
-/// Colours and marks of methods. They are the same in every chart; methods of one kind share a hue and a mark.
+/// Colours and marks of methods. They are the same in every chart; methods of one family have similar hues and the same
+/// mark.
 #pragma once
 
 #include "kernels/abi.h"
@@ -14,19 +15,19 @@ struct MethodStyle {
     Mark mark;
 };
 
-/// Returns the style of a method. It depends only on the name and the kind of the method.
+/// Returns the style of a method. It depends only on the name and the family of the method.
 MethodStyle style_of(const IntegratorInfo& method);
 
-/// Colour and mark of one kind of method.
+/// Colour and mark of one family of methods.
 struct FamilyStyle {
     MethodFamily family;
     const char* name;
     int hue, saturation;  ///< Degrees and per cent, as in CSS hsl().
     Mark mark;
-    /// Returns a CSS colour. Shifts of hue and lightness distinguish methods of the same kind.
+    /// Returns a CSS colour. `hue_shift` (degrees) and `lightness` (per cent) distinguish methods of the same family.
     std::string color(int hue_shift = 0, int lightness = 42) const;
 };
-/// Returns the styles of all kinds of methods, in the order of the legend.
+/// Returns the styles of all families, in the order of the legend.
 const std::vector<FamilyStyle>& family_styles();
 
 }  // namespace kagero

@@ -44,16 +44,17 @@ Tile extent_of(const std::vector<TileRecord>& tiles) {
     return all;
 }
 
-/// Draws the tiles in a rectangle of this width at (left, top), in SVG units. `share` maps a tile to its opacity, 0…1.
-template <class Share>
-std::string tile_map(const Profile& profile, double left, double top, double width, const Share& share) {
+/// Draws the tiles in a rectangle of this width at (left, top), in SVG units. `opacity` returns the opacity of a tile,
+/// from 0 to 1.
+template <class Opacity>
+std::string tile_map(const Profile& profile, double left, double top, double width, const Opacity& opacity) {
     const Tile all = extent_of(profile.recording.tiles);
     const double scale = width / double(all.x1 - all.x0);
     std::string body;
     for (const TileRecord& t : profile.recording.tiles)
         body += rectangle(left + scale * (t.tile.x0 - all.x0), top + scale * (t.tile.y0 - all.y0),
                           scale * (t.tile.x1 - t.tile.x0), scale * (t.tile.y1 - t.tile.y0),
-                          "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(share(t), 0.02, 1.0), 3),
+                          "fill:" + std::string(red) + ";opacity:" + fixed(std::clamp(opacity(t), 0.02, 1.0), 3),
                           "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": measured " +
                               seconds_text(t.processor_time));
     return body;
@@ -105,18 +106,18 @@ std::string tiles_map(const Profile& profile) {
     const Tile all = extent_of(profile.recording.tiles);
     // Costs are divided by the area, because tiles at the edge of the film are smaller.
     const auto area = [](const TileRecord& t) { return double(t.tile.x1 - t.tile.x0) * double(t.tile.y1 - t.tile.y0); };
-    double predicted = 0, measured = 0;
+    double max_predicted = 0, max_measured = 0;  // per pixel
     for (const TileRecord& t : profile.recording.tiles) {
-        predicted = std::max(predicted, t.predicted / area(t));
-        measured = std::max(measured, t.processor_time / area(t));
+        max_predicted = std::max(max_predicted, t.predicted / area(t));
+        max_measured = std::max(max_measured, t.processor_time / area(t));
     }
     std::string body =
         anchored_text(width / 2, 14, "middle", profile.correlation ? "predicted" : "not predicted: number of rays") +
         anchored_text(485 + width / 2, 14, "middle", "measured");
-    body +=
-        tile_map(profile, 0, 22, width, [&](const TileRecord& t) { return ratio(t.predicted / area(t), predicted); });
+    body += tile_map(profile, 0, 22, width,
+                     [&](const TileRecord& t) { return ratio(t.predicted / area(t), max_predicted); });
     body += tile_map(profile, 485, 22, width,
-                     [&](const TileRecord& t) { return ratio(t.processor_time / area(t), measured); });
+                     [&](const TileRecord& t) { return ratio(t.processor_time / area(t), max_measured); });
     return svg(940, 24 + width * double(all.y1 - all.y0) / double(all.x1 - all.x0),
                "Predicted and measured cost of tiles", body);
 }
@@ -124,13 +125,13 @@ std::string tiles_map(const Profile& profile) {
 std::string prediction_chart(const Profile& profile) {
     const double unit = seconds_per_predicted(profile);
     Series tiles{"tiles", blue, Mark::circle, false, false, false, {}, {}, true};
-    double most = 0;
+    double end = 0;  // of both axes
     for (const TileRecord& t : profile.recording.tiles) {
         tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor_time});
         tiles.tooltips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
-        most = std::max({most, tiles.points.back()[0], tiles.points.back()[1]});
+        end = std::max({end, tiles.points.back()[0], tiles.points.back()[1]});
     }
-    const Series ideal{"measured = predicted", grey, Mark::none, true, false, false, {{0, 0}, {most, most}}, {}};
+    const Series ideal{"measured = predicted", grey, Mark::none, true, false, false, {{0, 0}, {end, end}}, {}};
     return svg_of(LineChart{"Measured against predicted cost of tiles",
                             {"predicted, milliseconds (scaled to the same sum)", false},
                             {"measured, milliseconds of processor time", false},
@@ -150,8 +151,8 @@ std::string scaling_chart(const Profile& profile) {
         measured.points.push_back({double(time.threads), time.speedup});
         measured.tooltips.push_back(std::to_string(time.threads) + " threads: " + seconds_text(time.seconds));
     }
-    const double most = double(profile.scaling.back().threads);
-    const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {most, most}}, {}};
+    const double max_threads = double(profile.scaling.back().threads);
+    const Series ideal{"ideal", grey, Mark::none, true, false, false, {{0, 0}, {1, 1}, {max_threads, max_threads}}, {}};
     return svg_of(LineChart{"Speedup against the number of threads",
                             {"threads", false},
                             {"speedup over one thread", false},
@@ -163,16 +164,17 @@ std::string scaling_chart(const Profile& profile) {
 }
 
 std::string roofline_chart(const Profile& profile) {
-    const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
+    const double threads = double(profile.report.threads.size()), peak = profile.all_threads_peak / threads;
     const auto bar = [&](const std::string& label, const char* color, double rate) {
         return Bar{label, color, rounded(1e-9 * rate) + " GFLOP/s, " + fixed(100 * ratio(rate, peak)) + " %", rate};
     };
     BarChart chart{"Floating-point operations per second of one thread", {}};
     chart.bars.push_back(bar("peak: only multiply-adds", purple, peak));
     chart.bars.push_back(bar("integration and refinement", blue,
-                             ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine)));
-    chart.bars.push_back(bar("tracing", blue, ratio(profile.all_operations, tracing_seconds(profile))));
-    chart.bars.push_back(bar("whole render", grey, ratio(profile.all_operations, profile.recorded_seconds * threads)));
+                             ratio(profile.total_operations, profile.stages.integrate + profile.stages.refine)));
+    chart.bars.push_back(bar("tracing", blue, ratio(profile.total_operations, tracing_seconds(profile))));
+    const double thread_seconds = profile.recorded_seconds * threads;
+    chart.bars.push_back(bar("whole render", grey, ratio(profile.total_operations, thread_seconds)));
     return svg_of(chart);
 }
 

@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// Returns one bar per stage: seconds summed over threads.
+/// Returns a bar chart of the stages: seconds summed over threads.
 std::string stages_chart(const Profile& profile, double write_seconds);
 
 /// Returns a timeline with one row per thread that shows prediction, tracing, shading and idle time.
@@ -19,10 +19,10 @@ std::string tiles_map(const Profile& profile);
 /// Returns a scatter plot of predicted against measured cost, with one mark per tile.
 std::string prediction_chart(const Profile& profile);
 
-/// Returns the speedup over one thread against the number of threads, with the ideal speedup.
+/// Returns a line chart of the speedup over one thread against the number of threads, with the ideal speedup.
 std::string scaling_chart(const Profile& profile);
 
-/// Returns floating-point operations per second and thread, next to the measured peak of multiply-adds.
+/// Returns a bar chart of floating-point operations per second and thread, beside the measured peak of multiply-adds.
 std::string roofline_chart(const Profile& profile);
 
 }  // namespace kagero

@@ -45,7 +45,7 @@ std::string threads_section(const Profile& profile) {
             {std::to_string(i), std::to_string(time.tiles), percent(shares.busy, 2), percent(shares.idle_at_end, 2)});
     }
     return html_figure("Threads", threads_chart(profile),
-                       "Orange: the sparse first pass that predicts the cost of tiles. Blue: tracing. Green: shading. "
+                       "Orange: prediction of the costs of tiles from a few rays. Blue: tracing. Green: shading. "
                        "Empty: idle.") +
            html_table({"thread", "tiles", "busy", "idle at the end"}, rows, 1);
 }
@@ -91,13 +91,13 @@ std::string roofline_section(const Plan& plan, const Profile& profile) {
 
 std::string method_section(const Profile& profile) {
     return "<section><h2>Method of measurement</h2>\n<p>Times are those of the fastest of " +
-           std::to_string(profile.repeats) +
+           std::to_string(profile.rounds) +
            " interleaved runs of each kind. Ratios are medians over rounds. A render took " +
            html_number(1e3 * profile.recorded_seconds) + " ms with recording and " +
            html_number(1e3 * profile.plain_seconds) + " ms without it (median overhead " +
            percent(profile.overhead, 2) +
-           "). The stages within a kernel are separated by the processor's clock, which is read around queries and "
-           "around refinement. The file <code>trace.json</code> in the same directory opens in Perfetto "
+           "). The stages within a kernel are separated by the processor's time-stamp counter, which is read before "
+           "and after queries and refinement. The file <code>trace.json</code> in the same directory opens in Perfetto "
            "(ui.perfetto.dev) and speedscope.</p></section>\n";
 }
 
@@ -108,15 +108,17 @@ std::string profile_page(const Plan& plan, const Profile& profile, double write_
     std::string body = facts(plan, profile);
     body += html_figure(
         "Stages", stages_chart(profile, write_seconds),
-        "Seconds summed over threads. Predict: the sparse first pass. List rays: generation of rays outside the "
-        "kernel. Integrate: steps along rays. Query: intersection of steps with the scene by Embree. Refine: "
-        "refinement of events to points on the ray. Write: writing the picture, on one thread after the render.");
+        "Seconds summed over threads. Predict: prediction of the costs of tiles from a few rays. List rays: generation "
+        "of rays outside the kernel. Integrate: steps along rays. Query: intersection of steps with the scene by "
+        "Embree. Refine: refinement of events to points on the ray. Write: writing the picture, on one thread after "
+        "the render.");
     body += threads_section(profile) + schedules_section(profile) + tiles_section(profile);
     if (profile.scaling.size() > 1)
         body += html_figure(
             "Scaling with threads", scaling_chart(profile),
-            "Speedup over one thread, the median over rounds. Grey: the same for a loop of multiply-adds, which is the "
-            "speedup that this machine could give during the measurement. Dashed: the ideal speedup N with N threads.");
+            "Speedup over one thread, the median over rounds. Grey: the same for a loop of multiply-adds. This is the "
+            "greatest speedup that the machine allowed during the measurement. Dashed: the ideal speedup N with N "
+            "threads.");
     body += roofline_section(plan, profile) + method_section(profile);
     return html_page("Run time profile: " + name, plan.description().path + " · " + plan.scene->space.info().what,
                      body);
@@ -137,10 +139,10 @@ std::string profile_text(const Profile& profile, double write_seconds) {
                 fixed(time.speedup, 2) + " (multiply-adds: " + fixed(time.machine_speedup, 2) + ")\n";
     if (profile.correlation)
         text += "correlation of predicted and measured costs of tiles: " + fixed(*profile.correlation, 4) + "\n";
-    if (profile.all_operations > 0)
-        text += rounded(1e-9 * ratio(profile.all_operations, tracing_seconds(profile))) +
+    if (profile.total_operations > 0)
+        text += rounded(1e-9 * ratio(profile.total_operations, tracing_seconds(profile))) +
                 " GFLOP/s per thread in tracing; peak of multiply-adds " +
-                rounded(1e-9 * profile.peak_of_all / double(profile.report.threads.size())) + " GFLOP/s\n";
+                rounded(1e-9 * profile.all_threads_peak / double(profile.report.threads.size())) + " GFLOP/s\n";
     return text + "recording: " + percent(profile.overhead, 2) + " overhead (median over rounds); fastest run " +
            rounded(profile.recorded_seconds) + " s with recording, " + rounded(profile.plain_seconds) + " s without\n";
 }

@@ -36,17 +36,17 @@ Json tiles_json(const Profile& profile) {
 
 /// Returns operation counts and operation rates. Keys with `gflops` are in units of 10⁹ operations per second.
 Json roofline_json(const Profile& profile) {
-    const double threads = double(profile.report.threads.size()), peak = profile.peak_of_all / threads;
-    const double tracing = ratio(profile.all_operations, tracing_seconds(profile));
-    const double integrating = ratio(profile.all_operations, profile.stages.integrate + profile.stages.refine);
+    const double threads = double(profile.report.threads.size()), peak = profile.all_threads_peak / threads;
+    const double tracing = ratio(profile.total_operations, tracing_seconds(profile));
+    const double integrating = ratio(profile.total_operations, profile.stages.integrate + profile.stages.refine);
     return {{"operations_per_gradient", profile.operations.per_gradient},
             {"operations_per_step", profile.operations.per_step},
-            {"operations", profile.all_operations},
-            {"gflops", 1e-9 * ratio(profile.all_operations, profile.recorded_seconds)},
+            {"operations", profile.total_operations},
+            {"gflops", 1e-9 * ratio(profile.total_operations, profile.recorded_seconds)},
             {"gflops_tracing_per_thread", 1e-9 * tracing},
             {"gflops_integrating_per_thread", 1e-9 * integrating},
-            {"peak_gflops_one_thread", 1e-9 * profile.peak_of_one},
-            {"peak_gflops_all_threads", 1e-9 * profile.peak_of_all},
+            {"peak_gflops_one_thread", 1e-9 * profile.one_thread_peak},
+            {"peak_gflops_all_threads", 1e-9 * profile.all_threads_peak},
             {"share_of_peak", ratio(tracing, peak)},
             {"share_of_peak_integrating", ratio(integrating, peak)}};
 }
@@ -104,7 +104,7 @@ std::string profile_json(const Plan& plan, const Profile& profile, double write_
                         {"share", profile.overhead}};
     json["schedules"] = schedules_json(profile);
     json["scaling"] = scaling_json(profile);
-    json["repeats"] = profile.repeats;
+    json["repeats"] = profile.rounds;
     json["tiles"] = tiles_json(profile);
     return text_of(json);
 }

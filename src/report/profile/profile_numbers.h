@@ -11,13 +11,13 @@
 
 namespace kagero {
 
-/// Returns the measured seconds per unit of predicted cost, so that both costs have the same sum over all tiles.
+/// Returns the sum of the measured times of all tiles divided by the sum of their predicted costs.
 double seconds_per_predicted(const Profile& profile);
 
 /// Returns the stages of a render, including the writing of the picture: names and seconds, summed over threads.
 std::vector<std::pair<std::string, double>> stages_of(const Profile& profile, double write_seconds);
 
-/// Returns the seconds in the kernels, summed over threads.
+/// Returns the time that was spent in the kernels, in seconds, summed over threads.
 double tracing_seconds(const Profile& profile);
 
 }  // namespace kagero

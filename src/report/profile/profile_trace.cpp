@@ -14,9 +14,15 @@ namespace {
 long long microseconds(double seconds) { return std::llround(1e6 * seconds); }
 
 Json event(const std::string& name, unsigned thread, double begin, double end, Json details = Json::object()) {
-    const long long from = microseconds(begin), to = microseconds(end);
-    return {{"name", name},  {"cat", "kagero"}, {"ph", "X"},        {"pid", 1},
-            {"tid", thread}, {"ts", from},      {"dur", to - from}, {"args", std::move(details)}};
+    const long long begin_us = microseconds(begin), end_us = microseconds(end);
+    return {{"name", name},
+            {"cat", "kagero"},
+            {"ph", "X"},
+            {"pid", 1},
+            {"tid", thread},
+            {"ts", begin_us},
+            {"dur", end_us - begin_us},
+            {"args", std::move(details)}};
 }
 
 Json thread_name(unsigned thread) {
@@ -27,7 +33,7 @@ Json thread_name(unsigned thread) {
             {"args", {{"name", "thread " + std::to_string(thread)}}}};
 }
 
-/// Returns the milliseconds that tracing a tile spent in integration, queries and refinement. Empty if ticks were not
+/// Returns the milliseconds of integration, queries and refinement while a tile was traced. Empty if ticks were not
 /// counted in this tile.
 Json stages_of(const TileRecord& t) {
     if (!t.has_tick_counts) return Json::object();
@@ -39,8 +45,8 @@ Json stages_of(const TileRecord& t) {
             {"refine_ms", 1e3 * refine}};
 }
 
-/// Adds the event of a tile and the nested events of its stages. `shift` is the time in seconds at which the first tile
-/// was begun. `unit` is the number of seconds per unit of predicted cost.
+/// Adds the event of a tile and the nested events of its stages. `shift` is the duration of the prediction of costs in
+/// seconds, at whose end the times of tiles are 0. `unit` is the number of seconds per unit of predicted cost.
 void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
     events.push_back(
         event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin,

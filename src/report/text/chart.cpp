@@ -11,10 +11,10 @@
 namespace kagero {
 
 std::string power_of_ten(int exponent) {
-    static const char* const figures[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    static const char* const superscripts[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
     if (exponent >= 0 && exponent <= 5) return std::string("1") + std::string(static_cast<std::size_t>(exponent), '0');
     std::string text = exponent < 0 ? "10⁻" : "10";
-    for (const char c : std::to_string(std::abs(exponent))) text += figures[c - '0'];
+    for (const char c : std::to_string(std::abs(exponent))) text += superscripts[c - '0'];
     return text;
 }
 
@@ -23,22 +23,22 @@ namespace {
 // Sizes are in SVG units; the picture is scaled to the width of the page.
 constexpr double chart_width = 940, chart_height = 520;
 constexpr double plot_left = 72, plot_top = 14, plot_bottom = chart_height - 52;
-constexpr double label_height = 13, label_letter = 6.2, label_margin = 18;
+constexpr double label_height = 13, letter_width = 6.2, label_margin = 18;
 
-/// Returns at most six significant digits.
+/// Returns a number with at most six significant digits.
 std::string tick_number(double value) {
     char buffer[40];
     return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6).ptr};
 }
 
-/// Mapping of one axis from the values least…greatest to the SVG coordinates from…to.
+/// The scale of one axis. It maps the values from `least` to `greatest` to the SVG coordinates from `begin` to `end`.
 struct Scale {
     bool logarithmic;
-    double least, greatest, from, to;
+    double least, greatest, begin, end;
     double coordinate(double value) const {
         const double share = logarithmic ? std::log10(value / least) / std::log10(greatest / least)
                                          : (value - least) / (greatest - least);
-        return from + share * (to - from);
+        return begin + share * (end - begin);
     }
     bool contains(double value) const { return std::isfinite(value) && value >= least && value <= greatest; }
 };
@@ -82,8 +82,9 @@ std::vector<Tick> ticks_of(const Scale& scale) {
     return scale.logarithmic ? logarithmic_ticks(scale) : linear_ticks(scale);
 }
 
-/// Returns the scale of axis 0 (x) or 1 (y) that contains the points of all series.
-Scale scale_of(const LineChart& chart, int axis, double from, double to) {
+/// Returns the scale of axis 0 (x) or 1 (y) that contains the points of all series. `begin` and `end` are its SVG
+/// coordinates.
+Scale scale_of(const LineChart& chart, int axis, double begin, double end) {
     const bool logarithmic = (axis == 0 ? chart.x : chart.y).logarithmic;
     double least = std::numeric_limits<double>::infinity(), greatest = -least;
     for (const Series& series : chart.series)
@@ -102,10 +103,10 @@ Scale scale_of(const LineChart& chart, int axis, double from, double to) {
         // The y axis covers whole decades. The x axis has a margin of a factor of 1.25 at both ends.
         if (axis == 1)
             return {true, std::pow(10.0, std::floor(std::log10(least))),
-                    std::pow(10.0, std::ceil(std::log10(greatest) + 1e-9)), from, to};
-        return {true, least / 1.25, greatest * 1.25, from, to};
+                    std::pow(10.0, std::ceil(std::log10(greatest) + 1e-9)), begin, end};
+        return {true, least / 1.25, greatest * 1.25, begin, end};
     }
-    return {false, least, greatest > least ? greatest : least + 1, from, to};
+    return {false, least, greatest > least ? greatest : least + 1, begin, end};
 }
 
 std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
@@ -158,7 +159,7 @@ const char* closing_tag(Mark mark) {
     return mark == Mark::none ? "</g>" : mark == Mark::circle ? "</circle>" : "</polygon>";
 }
 
-std::string draw(const Series& series, const Scale& x, const Scale& y) {
+std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
     std::string path, marks;
     bool pen_down = false;
     for (std::size_t i = 0; i < series.points.size(); ++i) {
@@ -174,7 +175,7 @@ std::string draw(const Series& series, const Scale& x, const Scale& y) {
         if (i < series.tooltips.size()) marks += "<title>" + html_text(series.tooltips[i]) + "</title>";
         marks += std::string(closing_tag(series.mark)) + "\n";
     }
-    if (series.scattered) return marks;
+    if (series.marks_only) return marks;
     return "<path d=\"" + path + "\" style=\"fill:none;stroke:" + series.color +
            ";stroke-width:" + (series.strong ? "2.8" : "1.4") + ";stroke-linejoin:round" +
            (series.dashed   ? ";stroke-dasharray:5 4"
@@ -209,10 +210,10 @@ std::string draw_labels(const LineChart& chart, const Scale& x, const Scale& y) 
             std::min(labels[i].text_y, i + 1 < labels.size() ? labels[i + 1].text_y - spacing : plot_bottom);
     std::string svg;
     for (const Label& label : labels) {
-        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.to + 6) + " " +
+        svg += "<path d=\"M" + fixed(label.x + 5) + " " + fixed(label.y) + " L" + fixed(x.end + 6) + " " +
                fixed(label.text_y) + " h8\" style=\"fill:none;stroke:" + label.series->color +
                ";stroke-width:.7;opacity:.45\"/>\n";
-        svg += text(x.to + label_margin, label.text_y + 4, "start", label.series->strong ? "label strong" : "label",
+        svg += text(x.end + label_margin, label.text_y + 4, "start", label.series->strong ? "label strong" : "label",
                     label.series->label, " style=\"fill:" + label.series->color + "\"");
     }
     return svg;
@@ -222,7 +223,7 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
     std::string svg;
     if (chart.shaded_below > y.least && chart.y.logarithmic) {
         const double edge = y.coordinate(std::min(chart.shaded_below, y.greatest));
-        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.to - x.from) +
+        svg += "<rect x=\"" + fixed(plot_left) + "\" y=\"" + fixed(edge) + "\" width=\"" + fixed(x.end - x.begin) +
                "\" height=\"" + fixed(plot_bottom - edge) + "\" style=\"fill:var(--soft);opacity:.12\"/>\n";
         svg += text(plot_left + 8, std::min(edge + 15, plot_bottom - 4), "start", "label", chart.shaded_label);
     }
@@ -231,19 +232,19 @@ std::string draw_axes(const LineChart& chart, const Scale& x, const Scale& y) {
         svg += text(x.coordinate(tick.value), plot_bottom + 18, "middle", "tick", tick.label);
     }
     for (const Tick& tick : ticks_of(y)) {
-        svg += line(plot_left, y.coordinate(tick.value), x.to, y.coordinate(tick.value), "stroke:var(--grid)");
+        svg += line(plot_left, y.coordinate(tick.value), x.end, y.coordinate(tick.value), "stroke:var(--grid)");
         svg += text(plot_left - 8, y.coordinate(tick.value) + 4, "end", "tick", tick.label);
     }
-    svg += line(plot_left, plot_bottom, x.to, plot_bottom, "stroke:var(--ink)") +
+    svg += line(plot_left, plot_bottom, x.end, plot_bottom, "stroke:var(--ink)") +
            line(plot_left, plot_top, plot_left, plot_bottom, "stroke:var(--ink)");
-    svg += text(0.5 * (x.from + x.to), chart_height - 10, "middle", "axis", chart.x.title);
+    svg += text(0.5 * (x.begin + x.end), chart_height - 10, "middle", "axis", chart.x.title);
     svg += text(0, 0, "middle", "axis", chart.y.title,
                 " transform=\"translate(16 " + fixed(0.5 * (plot_top + plot_bottom)) + ") rotate(-90)\"");
-    for (const HorizontalLine& bound : chart.horizontal_lines) {
-        if (!y.contains(bound.y)) continue;
-        svg += line(plot_left, y.coordinate(bound.y), x.to, y.coordinate(bound.y),
+    for (const HorizontalLine& horizontal : chart.horizontal_lines) {
+        if (!y.contains(horizontal.y)) continue;
+        svg += line(plot_left, y.coordinate(horizontal.y), x.end, y.coordinate(horizontal.y),
                     "stroke:var(--soft);stroke-dasharray:2 3");
-        svg += text(plot_left + 8, y.coordinate(bound.y) - 4, "start", "label", bound.label);
+        svg += text(plot_left + 8, y.coordinate(horizontal.y) - 4, "start", "label", horizontal.label);
     }
     return svg;
 }
@@ -259,7 +260,7 @@ std::string svg_tag(double w, double h, const std::string& title) {
 std::string svg_of(const LineChart& chart) {
     std::size_t longest = 25;
     for (const Series& series : chart.series) longest = std::max(longest, series.label.size());
-    const double right = chart_width - label_margin - label_letter * double(longest);
+    const double right = chart_width - label_margin - letter_width * double(longest);
     const Scale x = scale_of(chart, 0, plot_left, right), y = scale_of(chart, 1, plot_bottom, plot_top);
     const auto shown = [&](const auto& point) { return x.contains(point[0]) && y.contains(point[1]); };
     if (std::none_of(chart.series.begin(), chart.series.end(),
@@ -269,7 +270,7 @@ std::string svg_of(const LineChart& chart) {
         svg_tag(chart_width, chart_height, chart.title) + draw_axes(chart, x, y) + draw_labels(chart, x, y);
     for (const bool strong : {false, true})
         for (const Series& series : chart.series)
-            if (series.strong == strong) svg += draw(series, x, y);
+            if (series.strong == strong) svg += draw_series(series, x, y);
     return svg + "</svg>\n";
 }
 

@@ -19,10 +19,10 @@ struct Series {
     std::string color;  ///< CSS colour.
     Mark mark = Mark::circle;
     bool dashed = false, dotted = false;
-    bool strong = false;                        ///< True for a thicker line above the other lines.
+    bool strong = false;                        ///< True for a thicker line that is drawn over the other lines.
     std::vector<std::array<double, 2>> points;  ///< Pairs (x, y). Points outside the axes are not drawn.
     std::vector<std::string> tooltips;          ///< One text per point, or empty.
-    bool scattered = false;                     ///< True for marks without a line.
+    bool marks_only = false;                    ///< True for marks without a line.
 };
 
 /// One axis of a line chart.
@@ -54,7 +54,8 @@ std::string svg_of(const LineChart& chart);
 /// One bar of a bar chart.
 struct Bar {
     std::string label, color, value_text;
-    double value = 0, least = 0, greatest = 0;  ///< A whisker spans least to greatest if greatest > 0.
+    double value = 0;                ///< Length of the bar.
+    double least = 0, greatest = 0;  ///< Ends of a thin line over the bar; no line is drawn if `greatest` is 0.
 };
 
 /// A chart of horizontal bars.

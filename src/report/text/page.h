@@ -22,7 +22,7 @@ std::string html_table(const std::vector<std::string>& head, const std::vector<s
 /// arguments are plain text. Returns "" if `svg` is empty.
 std::string html_figure(const std::string& heading, const std::string& svg, const std::string& how_to_read);
 
-/// Returns one tile of a `<div class="facts">`: a value and its description, both HTML.
+/// Returns one box of a `<div class="facts">`: a value and its description, both HTML.
 std::string html_fact(const std::string& value, const std::string& description);
 
 /// Returns a complete HTML document. `body` is HTML; title and subtitle are plain text.

@@ -1,5 +1,5 @@
-// Compiled programs of random formulas. Their interpreted values and gradients are compared with dual numbers that are
-// propagated through the nodes of the formula.
+// Tests of the compiled programs of random formulas. The interpreter evaluates their values and gradients, which are
+// compared with dual numbers that are propagated through the nodes of the formula.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/trace/packets.h"
@@ -17,7 +17,7 @@ namespace {
 /// A value with its derivatives with respect to position and momentum.
 using DualDouble = Dual<double, 6>;
 
-/// Returns the result of an operation. Operations that are not listed here are applied by the table of operations.
+/// Returns the result of an operation. Operations that are not listed here use the definition in operation_table.h.
 DualDouble apply(Op op, const DualDouble& a, const DualDouble& b) {
     switch (op) {
         case Op::add: return a + b;
@@ -36,11 +36,11 @@ DualDouble apply(Op op, const DualDouble& a, const DualDouble& b) {
         case Op::atan2: return atan2(a, b);
         case Op::min: return min(a, b);
         case Op::max: return max(a, b);
-        default: return kagero::detail::applied<DualDouble>(op, a, b, b);
+        default: return kagero::detail::apply_at_run_time<DualDouble>(op, a, b, b);
     }
 }
 
-/// Returns the operations that formulas may contain.
+/// Returns the operations that have a name, which are those that formulas may contain.
 std::vector<Op> named_operations() {
     std::vector<Op> all;
     for (int i = 0; i < op_count; ++i)
@@ -58,9 +58,9 @@ std::vector<FormulaNode> random_nodes(std::mt19937& random, int operations) {
     std::uniform_int_distribution<std::size_t> any_op(0, named.size() - 1);
     for (int i = 0; i < operations; ++i) {
         const int size = static_cast<int>(nodes.size());
-        std::uniform_int_distribution<int> any_node(0, size - 1), late_node(std::max(0, size - 6), size - 1);
+        std::uniform_int_distribution<int> any_node(0, size - 1), recent_node(std::max(0, size - 6), size - 1);
         const Op op = i % 3 == 0 ? named[any_op(random)] : i % 2 ? Op::mul : Op::add;
-        nodes.push_back({op, late_node(random), info_of(op).operands == 2 ? any_node(random) : -1, 0});
+        nodes.push_back({op, recent_node(random), info_of(op).operands == 2 ? any_node(random) : -1, 0});
     }
     return nodes;
 }
@@ -78,7 +78,7 @@ std::vector<DualDouble> values_of(const std::vector<FormulaNode>& nodes, const d
 }
 
 /// Returns true if the values and derivatives of all nodes are below 1e4, and no node is near a point where its
-/// operation is not smooth. Rounding errors of the result are small then.
+/// operation is not smooth. The rounding errors of the result are then small.
 bool is_well_conditioned(const std::vector<FormulaNode>& nodes, const std::vector<DualDouble>& values) {
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         const DualDouble& v = values[i];
@@ -93,23 +93,25 @@ bool is_well_conditioned(const std::vector<FormulaNode>& nodes, const std::vecto
     return true;
 }
 
-// If the operands are equal, the derivative is that of the first operand, as with dual numbers.
+// If the operands are equal, the derivative is that of the first operand, as with dual numbers. The inputs are pairwise
+// equal: 0 and 1, 3 and 4. For `abs`, the operand is input 2 or 5, which are 0.
 TEST(FormulaPrograms, MinimumAndMaximumOfEqualOperandsReturnTheFirst) {
     const auto programs = std::make_unique<formula::Programs>();
     const double at[7] = {0.5, 0.5, 0, 0.25, 0.25, 0, 1};
     for (const Op op : {Op::min, Op::max, Op::abs})
-        for (const int first : {0, 1, 3, 4}) {
+        for (const int first_operand : {0, 1, 3, 4}) {
             std::vector<FormulaNode> nodes;
             for (int i = 0; i < 7; ++i) nodes.push_back({Op::input, i, -1, 0});
-            if (op == Op::abs) nodes.push_back({op, first < 3 ? 2 : 5, -1, 0});
-            else nodes.push_back({op, first, first < 3 ? 1 - first : 7 - first, 0});
+            if (op == Op::abs) nodes.push_back({op, first_operand < 3 ? 2 : 5, -1, 0});
+            else nodes.push_back({op, first_operand, first_operand < 3 ? 1 - first_operand : 7 - first_operand, 0});
             const auto values = values_of(nodes, at);
             const Formula f{nodes.data(), 8, 7, -1, -1, -1, -1, {-1, -1}, 0, at[6]};
             ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
             double gradient[6];
             formula::evaluate(programs->derivatives, at, gradient);
             for (int k = 0; k < 6; ++k)
-                EXPECT_EQ(gradient[k], values[7].derivative[k]) << static_cast<int>(op) << ' ' << first << ' ' << k;
+                EXPECT_EQ(gradient[k], values[7].derivative[k])
+                    << static_cast<int>(op) << ' ' << first_operand << ' ' << k;
         }
 }
 
@@ -120,13 +122,13 @@ TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
     int compared = 0;
     for (int i = 0; i < 4000; ++i) {
         const auto nodes = random_nodes(random, 4 + i % 40);
-        const int root = static_cast<int>(nodes.size()) - 1;
+        const int last_node = static_cast<int>(nodes.size()) - 1;
         double at[7];
         for (double& x : at) x = coordinate(random);
         const auto values = values_of(nodes, at);
         if (!is_well_conditioned(nodes, values)) continue;
-        const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), root, -1, -1, -1, -1, {-1, -1}, 0.25,
-                        at[6]};
+        const auto count = static_cast<std::uint32_t>(nodes.size());
+        const Formula f{nodes.data(), count, last_node, -1, -1, -1, -1, {-1, -1}, 0.25, at[6]};
         ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
         double gradient[6], energy[1], force[3], velocity[3];
         formula::evaluate(programs->derivatives, at, gradient);
@@ -138,9 +140,9 @@ TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
         formula::evaluate(programs->derivatives, in, out);
         // The rounding error of 100 operations on numbers up to 1e4 is 1e-10. The formula may amplify it.
         const double rounding = 1e-8;
-        ASSERT_NEAR(energy[0], values[root].value - 0.25, rounding) << i;
+        ASSERT_NEAR(energy[0], values[last_node].value - 0.25, rounding) << i;
         for (int k = 0; k < 6; ++k) {
-            ASSERT_NEAR(gradient[k], values[root].derivative[k], rounding) << i << ' ' << k;
+            ASSERT_NEAR(gradient[k], values[last_node].derivative[k], rounding) << i << ' ' << k;
             ASSERT_NEAR(k < 3 ? force[k] : velocity[k - 3], gradient[k], rounding) << i << ' ' << k;
             ASSERT_NEAR(get_lane(out[k], lane_count<PacketDouble> - 1), gradient[k], rounding) << i << ' ' << k;
         }
@@ -149,11 +151,12 @@ TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
     EXPECT_GT(compared, 1000);
 }
 
+// The formula has as many nodes as are permitted, but its programs exceed the capacity of a tape.
 TEST(FormulaPrograms, TooLargeFormulasAreRefused) {
     std::mt19937 random(1);
     const auto nodes = random_nodes(random, 4000);
     std::vector<FormulaNode> sum = nodes;
-    for (int i = 7; i < 4000 && sum.size() < formula_limit; ++i)
+    for (int i = 7; i < 4000 && sum.size() < max_formula_nodes; ++i)
         sum.push_back({Op::add, static_cast<int>(sum.size()) - 1, i, 0});
     const auto count = static_cast<std::uint32_t>(sum.size());
     const Formula f{sum.data(), count, static_cast<int>(count) - 1, -1, -1, -1, -1, {-1, -1}, 0, 0};

@@ -1,6 +1,6 @@
-// Derivatives that are recorded by the tape, compared with the complex-step derivative f'(x) = Im f(x + iε)/ε. It
-// contains no subtraction, so that it is exact to rounding. Second derivatives by nested dual numbers are compared with
-// complex-step derivatives of first derivatives.
+// Compares derivatives that are recorded by the tape with the complex-step derivative f'(x) = Im f(x + iε)/ε. The
+// complex-step derivative contains no subtraction, so that it is exact to rounding. Second derivatives by nested dual
+// numbers are compared with complex-step derivatives of first derivatives.
 
 #include "tests/kernels/spaces.h"
 
@@ -31,7 +31,7 @@ struct Complex {
     friend Complex cos(Complex a) { return std::cos(a.z); }
     friend Complex tan(Complex a) { return std::tan(a.z); }
     friend Complex tanh(Complex a) { return std::tanh(a.z); }
-    /// Exact to first order in the imaginary parts. Higher orders are not needed for a complex step of 1e-100.
+    /// Returns the arc tangent to first order in the imaginary parts. A complex step of 1e-100 needs no higher orders.
     friend Complex atan2(Complex a, Complex b) {
         return std::complex<double>(std::atan2(a.z.real(), b.z.real()),
                                     (b.z.real() * a.z.imag() - a.z.real() * b.z.imag()) /
@@ -50,12 +50,12 @@ template <class H>
 class Gradients : public ::testing::Test {};
 TYPED_TEST_SUITE(Gradients, AllHamiltonians, HamiltonianName);
 
-/// Position, momentum and p_t.
-using Point = std::array<double, 7>;
+/// One number for each component of position and momentum, and for p_t: a state, or a row of derivatives.
+using Vector7 = std::array<double, 7>;
 
-/// Returns H − H0 or, if `rescaled` is set, Ω·(H − H0), in any number type.
+/// Returns K, in any number type: H − H0 or, if `rescaled` is set, Ω·(H − H0).
 template <class H, class T>
-T hamiltonian(const std::array<T, 7>& y, bool rescaled) {
+T integrated_hamiltonian(const std::array<T, 7>& y, bool rescaled) {
     const auto values = default_parameters<H>();
     std::array<T, H::parameters.size() + 1> k;
     for (std::size_t i = 0; i < k.size(); ++i) k[i] = T(values[i]);
@@ -67,12 +67,12 @@ T hamiltonian(const std::array<T, 7>& y, bool rescaled) {
 }
 
 template <class H>
-Point gradient_by_complex_step(const Point& y, bool rescaled) {
-    Point g;
+Vector7 gradient_by_complex_step(const Vector7& y, bool rescaled) {
+    Vector7 g;
     for (int k = 0; k < 7; ++k) {
         std::array<Complex, 7> z;
         for (int i = 0; i < 7; ++i) z[i] = std::complex<double>(y[i], i == k ? complex_step : 0);
-        g[k] = hamiltonian<H>(z, rescaled).z.imag() / complex_step;
+        g[k] = integrated_hamiltonian<H>(z, rescaled).z.imag() / complex_step;
     }
     return g;
 }
@@ -82,20 +82,20 @@ template <class H, class T>
 std::array<T, 7> gradient_by_duals(const std::array<T, 7>& y, bool rescaled) {
     std::array<Dual<T, 7>, 7> x;
     for (int i = 0; i < 7; ++i) x[i] = Dual<T, 7>::variable(y[i], i);
-    return hamiltonian<H>(x, rescaled).derivative;
+    return integrated_hamiltonian<H>(x, rescaled).derivative;
 }
 template <class H>
-std::array<Point, 7> hessian_by_duals(const Point& y, bool rescaled) {
+std::array<Vector7, 7> hessian_by_duals(const Vector7& y, bool rescaled) {
     std::array<Dual<double, 7>, 7> x;
     for (int i = 0; i < 7; ++i) x[i] = Dual<double, 7>::variable(y[i], i);
     const auto g = gradient_by_duals<H>(x, rescaled);
-    std::array<Point, 7> hessian;
+    std::array<Vector7, 7> hessian;
     for (int i = 0; i < 7; ++i) hessian[i] = g[i].derivative;
     return hessian;
 }
 template <class H>
-std::array<Point, 7> hessian_by_complex_step(const Point& y, bool rescaled) {
-    std::array<Point, 7> hessian;
+std::array<Vector7, 7> hessian_by_complex_step(const Vector7& y, bool rescaled) {
+    std::array<Vector7, 7> hessian;
     for (int k = 0; k < 7; ++k) {
         std::array<Complex, 7> z;
         for (int i = 0; i < 7; ++i) z[i] = std::complex<double>(y[i], i == k ? complex_step : 0);
@@ -106,8 +106,8 @@ std::array<Point, 7> hessian_by_complex_step(const Point& y, bool rescaled) {
 }
 
 /// Returns the change of each derivative, divided by ε, if the derivative and all variables have relative errors of ε.
-Point rounding_scale(const Point& y, const Point& gradient, const std::array<Point, 7>& hessian) {
-    Point scale;
+Vector7 rounding_scale(const Vector7& y, const Vector7& gradient, const std::array<Vector7, 7>& hessian) {
+    Vector7 scale;
     for (int i = 0; i < 7; ++i) {
         scale[i] = std::abs(gradient[i]);
         for (int k = 0; k < 7; ++k) scale[i] += std::abs(hessian[i][k] * y[k]);
@@ -119,11 +119,11 @@ constexpr double roundings = 32;
 
 /// Returns random states in the domain with H ≠ H0, exactly representable in float.
 template <class H>
-std::vector<Point> states(std::size_t n) {
+std::vector<Vector7> states(std::size_t n) {
     Random random(3);
-    std::vector<Point> points;
+    std::vector<Vector7> points;
     for (const RayStart& ray : random_rays<H>(n, 2)) {
-        Point y;
+        Vector7 y;
         for (int k = 0; k < 3; ++k) {
             y[k] = static_cast<float>(ray.q[k]);
             y[3 + k] = static_cast<float>(ray.p[k] * random(0.5, 2));
@@ -140,27 +140,27 @@ std::array<double, 6> lane_of(const V (&values)[6], int lane) {
     for (std::size_t k = 0; k < 6; ++k) result[k] = static_cast<double>(get_lane(values[k], lane));
     return result;
 }
-void expect_near(const std::array<double, 6>& found, const Point& expected, double epsilon, const Point& scale) {
+void expect_near(const std::array<double, 6>& found, const Vector7& expected, double epsilon, const Vector7& scale) {
     for (std::size_t k = 0; k < 6; ++k)
         EXPECT_NEAR(found[k], expected[k], roundings * epsilon * scale[k]) << "component " << k;
 }
 
-/// Checks the program of all derivatives, and the separate programs of velocity and force.
+/// Checks the program that computes force and velocity together, and the separate programs of force and velocity.
 template <class H, bool rescaled, class V>
 void check_programs() {
     using S = ScalarOf<V>;
     const System<H, rescaled, S> system(default_parameters<H>().data());
-    for (const Point& y : states<H>(40)) {
-        const Point expected = gradient_by_complex_step<H>(y, rescaled);
-        const Point scale = rounding_scale(y, expected, hessian_by_duals<H>(y, rescaled));
+    for (const Vector7& y : states<H>(40)) {
+        const Vector7 expected = gradient_by_complex_step<H>(y, rescaled);
+        const Vector7 scale = rounding_scale(y, expected, hessian_by_duals<H>(y, rescaled));
         State<V> s;
         for (int k = 0; k < 7; ++k) s.y[k] = V(S(y[k]));
-        V all[6];
-        system.derivatives(s, all);
-        const Vec3<V> dq = system.dq(s), dp = system.dp(s);
+        V together[6];
+        system.derivatives(s, together);
+        const Vec3<V> dq = system.gradient_q(s), dp = system.gradient_p(s);
         const V separate[6] = {dq.x, dq.y, dq.z, dp.x, dp.y, dp.z};
         for (const int lane : {0, lane_count<V> - 1})
-            for (const auto& found : {lane_of(all, lane), lane_of(separate, lane)})
+            for (const auto& found : {lane_of(together, lane), lane_of(separate, lane)})
                 expect_near(found, expected, static_cast<double>(machine_epsilon<S>), scale);
     }
 }
@@ -178,14 +178,15 @@ TYPED_TEST(Gradients, MatchTheComplexStepInFloat) { check_all_programs<TypeParam
 TYPED_TEST(Gradients, SecondDerivativesByDualNumbersMatchTheComplexStep) {
     using H = TypeParam;
     for (const bool rescaled : rescalings<H>()) {
-        for (const Point& y : states<H>(40)) {
-            const auto by_duals = hessian_by_duals<H>(y, rescaled), by_step = hessian_by_complex_step<H>(y, rescaled);
+        for (const Vector7& y : states<H>(40)) {
+            const auto by_duals = hessian_by_duals<H>(y, rescaled);
+            const auto by_complex_step = hessian_by_complex_step<H>(y, rescaled);
             double size = 0;
-            for (const Point& row : by_step)
+            for (const Vector7& row : by_complex_step)
                 for (const double x : row) size = std::max(size, std::abs(x));
             for (int i = 0; i < 7; ++i) {
                 for (int k = 0; k < 7; ++k) {
-                    EXPECT_NEAR(by_duals[i][k], by_step[i][k], roundings * machine_epsilon<double> * size)
+                    EXPECT_NEAR(by_duals[i][k], by_complex_step[i][k], roundings * machine_epsilon<double> * size)
                         << i << ' ' << k;
                     EXPECT_NEAR(by_duals[i][k], by_duals[k][i], roundings * machine_epsilon<double> * size)
                         << i << ' ' << k;
@@ -204,7 +205,7 @@ TYPED_TEST(Gradients, RescaledHamiltonianObeysTheProductRule) {
         const auto k = default_parameters<H>();
         const System<H, false, double> plain(k.data());
         const System<H, true, double> rescaled(k.data());
-        for (const Point& y : states<H>(40)) {
+        for (const Vector7& y : states<H>(40)) {
             State<double> s;
             std::copy(y.begin(), y.end(), s.y);
             std::array<Dual<double, 3>, H::parameters.size() + 1> parameters;
@@ -218,7 +219,7 @@ TYPED_TEST(Gradients, RescaledHamiltonianObeysTheProductRule) {
             const double excess = plain.energy(s);
             EXPECT_NEAR(rescaled.time_rescaling_factor(s), omega.value,
                         roundings * machine_epsilon<double> * omega.value);
-            const Point scale = rounding_scale(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
+            const Vector7 scale = rounding_scale(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
                 const double expected = omega.value * gradient_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
                 EXPECT_NEAR(gradient_k[i], expected, 2 * roundings * machine_epsilon<double> * scale[i])
@@ -232,17 +233,18 @@ TYPED_TEST(Gradients, RescaledHamiltonianObeysTheProductRule) {
 TYPED_TEST(Gradients, EnergyResidualAndEnergyScaleMatchTheComplexStep) {
     using H = TypeParam;
     const System<H, false, double> system(default_parameters<H>().data());
-    for (const Point& y : states<H>(40)) {
+    for (const Vector7& y : states<H>(40)) {
         State<double> s;
         std::copy(y.begin(), y.end(), s.y);
         const EventFunctions<double> found = system.event_functions(s);
-        const Point g = gradient_by_complex_step<H>(y, false),
+        const Vector7 g = gradient_by_complex_step<H>(y, false),
                     scale = rounding_scale(y, g, hessian_by_duals<H>(y, false));
         double size = 0, p_dot_velocity = 0;
         for (int k = 0; k < 7; ++k) size += std::abs(y[k]) * scale[k];
         for (int k = 3; k < 6; ++k) p_dot_velocity += y[k] * g[k];
-        EXPECT_NEAR(found.energy_residual, hamiltonian<H>(y, false), roundings * machine_epsilon<double> * size);
-        EXPECT_NEAR(found.size, std::abs(p_dot_velocity) + std::abs(H::level),
+        EXPECT_NEAR(found.energy_residual, integrated_hamiltonian<H>(y, false),
+                    roundings * machine_epsilon<double> * size);
+        EXPECT_NEAR(found.energy_scale, std::abs(p_dot_velocity) + std::abs(H::level),
                     roundings * machine_epsilon<double> * size);
     }
 }

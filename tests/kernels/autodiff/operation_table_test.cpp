@@ -1,5 +1,5 @@
-// The functions of the table of operations. Derivatives by dual numbers and by the tape are compared with differences
-// in quadruple precision. Rounding errors are compared with the bounds that the table states.
+// Tests of the functions in kernels/operation_table.h. Derivatives by dual numbers and by the tape are compared with
+// finite differences in quadruple precision. Rounding errors are compared with the bounds that the table states.
 #include "tests/kernels/steps.h"
 
 namespace kagero::test {
@@ -9,7 +9,7 @@ struct Operands {
     double a, b;
 };
 /// Operands at which all functions are defined and smooth.
-constexpr Operands points[] = {{0.3, 0.7}, {1.2, 0.4}, {0.9, 2.1}, {2.5, 1.1}};
+constexpr Operands test_operands[] = {{0.3, 0.7}, {1.2, 0.4}, {0.9, 2.1}, {2.5, 1.1}};
 
 template <Op op, class T>
 T value_at(const T& a, const T& b) {
@@ -17,8 +17,8 @@ T value_at(const T& a, const T& b) {
     else return Operation<op>::value(a, b);
 }
 
-/// Returns the two derivatives by central differences in quadruple precision (34 digits). Their error is about h² =
-/// 1e-22.
+/// Returns the derivatives with respect to both operands by central differences in quadruple precision (34 digits).
+/// Their error is about h² = 1e-22.
 template <Op op>
 std::array<Quad, 2> differences(const Operands& at) {
     const Quad h = 1e-11, a = at.a, b = at.b;
@@ -26,7 +26,7 @@ std::array<Quad, 2> differences(const Operands& at) {
             (value_at<op, Quad>(a, b + h) - value_at<op, Quad>(a, b - h)) / (2 * h)};
 }
 
-/// Expects that `found` agrees with `expected` to about 50 rounding errors of double.
+/// Expects that two numbers agree to about 50 rounding errors of double.
 void expect_near(double found, Quad expected, const char* description) {
     const double y = static_cast<double>(expected);
     EXPECT_NEAR(found, y, 1e-14 * (1 + std::abs(y))) << description;
@@ -34,16 +34,17 @@ void expect_near(double found, Quad expected, const char* description) {
 
 template <Op op>
 void check_dual_numbers(const Operands& at) {
-    using Two = Dual<double, 2>;
+    using DualNumber = Dual<double, 2>;
     if constexpr (!Operation<op>::is_abbreviation) {
-        const Two y = kagero::detail::applied<Two>(op, Two::variable(at.a, 0), Two::variable(at.b, 1), Two(0.0));
+        const DualNumber a = DualNumber::variable(at.a, 0), b = DualNumber::variable(at.b, 1);
+        const DualNumber y = kagero::detail::apply_at_run_time<DualNumber>(op, a, b, DualNumber(0.0));
         const auto expected = differences<op>(at);
         expect_near(y.value, value_at<op, Quad>(at.a, at.b), "value");
         for (int k = 0; k < Operation<op>::operands; ++k) expect_near(y.derivative[k], expected[k], "derivative");
     }
 }
 
-/// Checks an operation that is recorded on a tape, as for a formula, and evaluated as a program.
+/// Checks an operation that is recorded on a tape, in the same way as those of a formula, and evaluated as a program.
 template <Op op>
 void check_program(const Operands& at) {
     auto t = std::make_unique<Tape>();
@@ -51,8 +52,8 @@ void check_program(const Operands& at) {
     std::array<int, 2> gradient{};
     const int node = record(*t, op, inputs[0], inputs[1]);
     record_gradient<2>(*t, node, inputs, gradient);
-    const auto program = kagero::detail::extract_all<3>(*t, {node, gradient[0], gradient[1]});
-    const ListingWithValues<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
+    const auto program = kagero::detail::extract_untrimmed<3>(*t, {node, gradient[0], gradient[1]});
+    const ProgramWithUniforms<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
     const double in[] = {at.a, at.b};
     double values[Tape::capacity];
     evaluate(listed, in, values);
@@ -63,7 +64,7 @@ void check_program(const Operands& at) {
 }
 
 TEST(OperationTable, DerivativesMatchDifferencesOfValues) {
-    for (const Operands& at : points) {
+    for (const Operands& at : test_operands) {
 #define KAGERO_OPERATION(OP, OPERATION)                                 \
     {                                                                   \
         SCOPED_TRACE(std::string(#OP) + " at " + std::to_string(at.a)); \
@@ -75,7 +76,8 @@ TEST(OperationTable, DerivativesMatchDifferencesOfValues) {
     }
 }
 
-/// Compares the result in double with the result in quadruple precision. The unit is half a unit in the last place.
+/// Expects that the rounding error of an operation in double is within the bound of the table, in units of half a unit
+/// in the last place. The exact result is computed in quadruple precision.
 template <Op op>
 void check_rounding(double a, double b) {
     const Quad exact = value_at<op, Quad>(a, b);

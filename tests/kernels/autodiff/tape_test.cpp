@@ -1,6 +1,6 @@
-// The tape must preserve values when it simplifies, and record correct derivatives. Random expressions are recorded on
-// a tape whose nodes are evaluated one by one. The results are compared with the same expressions on dual numbers in
-// quadruple precision.
+// Tests that the tape preserves values when it simplifies expressions, and that it records correct derivatives. Random
+// expressions are recorded on a tape, and its nodes are evaluated one by one. The results are compared with the same
+// expressions of dual numbers in quadruple precision.
 #include "tests/kernels/steps.h"
 
 #include <cstdio>
@@ -25,7 +25,7 @@ LeafValues random_leaves(Random& random) {
     return l;
 }
 
-/// Returns the result of the operation of a node in quadruple precision, without use of the table of operations.
+/// Returns the result of the operation of a node in quadruple precision, independently of operation_table.h.
 Quad result_of(const Node& n, Quad a, Quad b, Quad c) {
     switch (n.op) {
         case Op::add: return a + b;
@@ -66,10 +66,10 @@ std::vector<Quad> evaluate(const Nodes& nodes, int count, const LeafValues& leav
     return value;
 }
 
-/// A node of a random expression, with its value and derivatives by dual numbers.
+/// A part of a random expression: as recorded on the tape, and as a dual number.
 struct Term {
     Recorded recorded;
-    DualQuad direct;
+    DualQuad dual;
 };
 
 /// Returns the result of a random operation on random terms. Operands that are equal or constant are frequent, because
@@ -77,26 +77,26 @@ struct Term {
 Term random_operation(Random& random, const std::vector<Term>& terms) {
     const auto any_term = [&] { return terms[static_cast<std::size_t>(random.below(static_cast<int>(terms.size())))]; };
     const Term a = any_term(), b = random.below(5) == 0 ? a : any_term();
-    const bool positive = a.direct.value > Quad(0.1), moderate = abs(a.direct.value) < 3;
+    const bool positive = a.dual.value > Quad(0.1), moderate = abs(a.dual.value) < 3;
     switch (random.below(16)) {
-        case 0: case 1: return {a.recorded + b.recorded, a.direct + b.direct};
-        case 2: case 3: return {a.recorded - b.recorded, a.direct - b.direct};
-        case 4: case 5: case 6: return {a.recorded * b.recorded, a.direct * b.direct};
-        case 7: if (abs(b.direct.value) > Quad(0.1)) return {a.recorded / b.recorded, a.direct / b.direct}; break;
-        case 8: return {-a.recorded, -a.direct};
-        case 9: case 10: if (positive) return {sqrt(a.recorded), sqrt(a.direct)}; break;
-        case 11: if (moderate) return {exp(a.recorded), exp(a.direct)}; break;
-        case 12: if (positive) return {log(a.recorded), log(a.direct)}; break;
-        case 13: if (moderate) return {tanh(sin(a.recorded)), tanh(sin(a.direct))}; break;
-        case 14: if (moderate) return {cos(a.recorded) * tan(b.recorded), cos(a.direct) * tan(b.direct)}; break;
+        case 0: case 1: return {a.recorded + b.recorded, a.dual + b.dual};
+        case 2: case 3: return {a.recorded - b.recorded, a.dual - b.dual};
+        case 4: case 5: case 6: return {a.recorded * b.recorded, a.dual * b.dual};
+        case 7: if (abs(b.dual.value) > Quad(0.1)) return {a.recorded / b.recorded, a.dual / b.dual}; break;
+        case 8: return {-a.recorded, -a.dual};
+        case 9: case 10: if (positive) return {sqrt(a.recorded), sqrt(a.dual)}; break;
+        case 11: if (moderate) return {exp(a.recorded), exp(a.dual)}; break;
+        case 12: if (positive) return {log(a.recorded), log(a.dual)}; break;
+        case 13: if (moderate) return {tanh(sin(a.recorded)), tanh(sin(a.dual))}; break;
+        case 14: if (moderate) return {cos(a.recorded) * tan(b.recorded), cos(a.dual) * tan(b.dual)}; break;
         default:
-            if (abs(a.direct.value - b.direct.value) > Quad(0.1))
-                return {max(a.recorded, b.recorded), max(a.direct, b.direct)};
+            if (abs(a.dual.value - b.dual.value) > Quad(0.1))
+                return {max(a.recorded, b.recorded), max(a.dual, b.dual)};
     }
-    return {min(a.recorded, a.recorded + 1.0), min(a.direct, a.direct + 1.0)};
+    return {min(a.recorded, a.recorded + 1.0), min(a.dual, a.dual + 1.0)};
 }
 
-/// Records a random expression of the leaves. Sets `nodes` to the nodes of the inputs and parameters.
+/// Records a random expression of the leaves on t and returns it. Sets `nodes` to the nodes of inputs and parameters.
 Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::array<int, variables>& nodes) {
     std::vector<Term> terms;
     for (int i = 0; i < variables; ++i) {
@@ -107,13 +107,13 @@ Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::a
     for (const double c : {0.0, 1.0, -1.0, 2.0}) terms.push_back({Recorded(&t, t.constant(c)), DualQuad(c)});
     for (int i = 0; i < 25; ++i) {
         const Term next = random_operation(random, terms);
-        Quad size = abs(next.direct.value);
-        for (const Quad d : next.direct.derivative) size = max(size, abs(d));
+        Quad size = abs(next.dual.value);
+        for (const Quad d : next.dual.derivative) size = max(size, abs(d));
         if (size < 1e4) terms.push_back(next);
     }
     Term sum = terms.back();  // sum of the later half of the terms, so that the result depends on most of them
     for (std::size_t i = terms.size() / 2; i + 1 < terms.size(); ++i)
-        sum = {sum.recorded + terms[i].recorded, sum.direct + terms[i].direct};
+        sum = {sum.recorded + terms[i].recorded, sum.dual + terms[i].dual};
     return sum;
 }
 
@@ -135,7 +135,7 @@ TEST(Tape, SimplificationPreservesValues) {
         std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
         ASSERT_LT(t->size, Tape::capacity);
-        expect_equal(evaluate(t->nodes, t->size, leaves)[e.recorded.node], e.direct.value, "value");
+        expect_equal(evaluate(t->nodes, t->size, leaves)[e.recorded.node], e.dual.value, "value");
     }
 }
 
@@ -149,7 +149,7 @@ TEST(Tape, ReverseSweepMatchesDualNumbers) {
         record_gradient<variables>(*t, e.recorded.node, nodes, gradient);
         ASSERT_LT(t->size, Tape::capacity);
         const auto value = evaluate(t->nodes, t->size, leaves);
-        for (int k = 0; k < variables; ++k) expect_equal(value[gradient[k]], e.direct.derivative[k], "derivative");
+        for (int k = 0; k < variables; ++k) expect_equal(value[gradient[k]], e.dual.derivative[k], "derivative");
     }
 }
 
@@ -162,10 +162,10 @@ TEST(Tape, ExtractedProgramsMatchDualNumbers) {
         std::array<int, variables> nodes, gradient{};
         const Term e = random_expression(random, *t, leaves, nodes);
         record_gradient<variables>(*t, e.recorded.node, nodes, gradient);
-        const auto p = kagero::detail::extract_all<variables>(*t, gradient);
+        const auto p = kagero::detail::extract_untrimmed<variables>(*t, gradient);
         EXPECT_LE(p.size, t->size);
         const auto value = evaluate(p.nodes, p.size, leaves);
-        for (int k = 0; k < variables; ++k) expect_equal(value[p.outputs[k]], e.direct.derivative[k], "derivative");
+        for (int k = 0; k < variables; ++k) expect_equal(value[p.outputs[k]], e.dual.derivative[k], "derivative");
     }
 }
 
@@ -177,19 +177,19 @@ TEST(Tape, MultiplyThroughMatchesMultiplication) {
         std::array<int, variables> nodes;
         const Term e = random_expression(random, *t, leaves, nodes);
         // The factor is √(x² + y²), its cube, or an input, like the time rescalings Ω of spaces. Only some terms of
-        // `whole` have it as a denominator.
+        // `sum` are divided by the factor.
         const Recorded x(t.get(), nodes[0]), y(t.get(), nodes[1]), r = sqrt(x * x + y * y);
         const Recorded factor = round % 3 == 0 ? r : round % 3 == 1 ? r * r * r : x;
-        const Recorded whole = e.recorded / factor - 0.5 * (x / r) * e.recorded * e.recorded + e.recorded;
-        const int product = multiply_through(*t, factor.node_on(*t), whole.node_on(*t));
+        const Recorded sum = e.recorded / factor - 0.5 * (x / r) * e.recorded * e.recorded + e.recorded;
+        const int product = multiply_through(*t, factor.node_on(*t), sum.node_on(*t));
         const auto value = evaluate(t->nodes, t->size, leaves);
-        expect_equal(value[product] / (1 + abs(e.direct.value)),
-                     value[factor.node] * value[whole.node] / (1 + abs(e.direct.value)), "product");
+        expect_equal(value[product] / (1 + abs(e.dual.value)),
+                     value[factor.node] * value[sum.node] / (1 + abs(e.dual.value)), "product");
     }
 }
 
-// The sum contains c·(Σ ± s)² in expanded form, and other terms. Each s is an input, and may have a parameter and 1/r
-// as factors.
+// The sum contains c·(Σ ± s)² in expanded form, and other terms. Each s is an input, and may be multiplied by a
+// parameter and by 1/r.
 TEST(Tape, CollectSquaresFindsPerfectSquares) {
     Random random(25);
     for (int round = 0; round < expressions; ++round) {
@@ -199,17 +199,18 @@ TEST(Tape, CollectSquaresFindsPerfectSquares) {
         for (int i = 0; i < inputs; ++i) x.push_back({t.get(), t->input(i)});
         const Recorded k(t.get(), t->parameter(0)), m(t.get(), t->parameter(1)),
             r = sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-        std::vector<Recorded> roots;
+        std::vector<Recorded> summands;
         for (int i = 0; i < 2 + random.below(inputs - 1); ++i) {
-            Recorded root = random.below(2) == 0 ? x[i] : -x[i];
-            if (random.below(2) == 0) root = root * k;
-            if (random.below(2) == 0) root = root / r;
-            roots.push_back(root);
+            Recorded summand = random.below(2) == 0 ? x[i] : -x[i];
+            if (random.below(2) == 0) summand = summand * k;
+            if (random.below(2) == 0) summand = summand / r;
+            summands.push_back(summand);
         }
         const Recorded factor = random.below(2) == 0 ? -0.5 * m : m / (r * r * r);
         Recorded sum = x[0] * x[3] - k * m * x[1] + cos(x[2]);
-        for (std::size_t i = 0; i < roots.size(); ++i)
-            for (std::size_t j = 0; j <= i; ++j) sum = sum + factor * roots[i] * roots[j] * Recorded(i == j ? 1 : 2);
+        for (std::size_t i = 0; i < summands.size(); ++i)
+            for (std::size_t j = 0; j <= i; ++j)
+                sum = sum + factor * summands[i] * summands[j] * Recorded(i == j ? 1 : 2);
         const int before = kagero::detail::operations_to(*t, sum.node), shorter = collect_squares(*t, sum.node);
         EXPECT_LT(kagero::detail::operations_to(*t, shorter), before);
         const auto value = evaluate(t->nodes, t->size, leaves);
@@ -278,9 +279,9 @@ template <class H>
 class TapeOfHamiltonian : public ::testing::Test {};
 TYPED_TEST_SUITE(TapeOfHamiltonian, AllHamiltonians, HamiltonianName);
 
-/// Returns ∂H/∂k for each parameter k by the tape. Each derivative is recorded on a tape of its own, because one tape
-/// may be too short for all of them. It is too short for the seed of `shimmer`, on which the phase of every wave
-/// depends: that element has no value.
+/// Returns ∂H/∂k for each parameter k by the tape. Each derivative is recorded on a separate tape, because one tape may
+/// be too small for all. The derivative by `seed` of `shimmer`, on which the phases of all waves depend, has no value:
+/// even a separate tape is too small for it.
 template <class H>
 std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
     std::vector<std::optional<Quad>> derivatives;
@@ -296,21 +297,21 @@ std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& lea
     return derivatives;
 }
 
-// Dual numbers are propagated through H itself and use no tape.
+// The reference is computed by propagation of dual numbers through H, without a tape.
 TYPED_TEST(TapeOfHamiltonian, ParameterDerivativesMatchDualNumbers) {
     using H = TypeParam;
     constexpr int count = static_cast<int>(H::parameters.size());
-    using Direct = Dual<Quad, count + 1>;
+    using DualNumber = Dual<Quad, count + 1>;
     Random random(27);
     for (int round = 0; round < 5; ++round) {
         LeafValues leaves{std::vector<Quad>(state_size), std::vector<Quad>(count)};
-        Direct k[count + 1], y[state_size];
+        DualNumber k[count + 1], y[state_size];
         for (int i = 0; i < state_size; ++i) y[i].value = leaves.input[i] = random(0.3, 2);
         for (int i = 0; i < count; ++i) {
             leaves.parameter[i] = H::parameters[i].default_value * random(0.9, 1);
-            k[i] = Direct::variable(leaves.parameter[i], i);
+            k[i] = DualNumber::variable(leaves.parameter[i], i);
         }
-        const Direct energy = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
+        const DualNumber energy = H::energy(make_parameters<H>(k), {y[0], y[1], y[2]}, {y[3], y[4], y[5]}, y[6]);
         const auto derivatives = derivatives_by_parameters<H>(leaves);
         for (int i = 0; i < count; ++i)
             if (derivatives[i]) expect_equal(*derivatives[i], energy.derivative[i], H::parameters[i].name);
@@ -318,7 +319,7 @@ TYPED_TEST(TapeOfHamiltonian, ParameterDerivativesMatchDualNumbers) {
 }
 
 /// Returns the number of operations that a program performs for every ray.
-int operations(const auto& program) {
+int op_count_of(const auto& program) {
     int n = 0;
     for (const Node& node : program.nodes) n += !node.uniform && node.op != Op::input;
     return n;
@@ -328,20 +329,20 @@ int operations(const auto& program) {
 // derivatives. The counts are printed, so that an increase is noticed.
 TYPED_TEST(TapeOfHamiltonian, ForceAndVelocityProgramsAreNotLonger) {
     using H = TypeParam;
-    const auto record = [](const std::string& form, int all, int force, int velocity) {
-        ::testing::Test::RecordProperty(form + "derivatives", all);
-        ::testing::Test::RecordProperty(form + "force", force);
-        ::testing::Test::RecordProperty(form + "velocity", velocity);
-        std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", form.c_str(),
+    const auto record = [](const std::string& prefix, int all, int force, int velocity) {
+        ::testing::Test::RecordProperty(prefix + "derivatives", all);
+        ::testing::Test::RecordProperty(prefix + "force", force);
+        ::testing::Test::RecordProperty(prefix + "velocity", velocity);
+        std::printf("%s%s: %d operations for all derivatives, %d for the force, %d for the velocity\n", prefix.c_str(),
                     H::name, all, force, velocity);
         EXPECT_LE(force, all);
         EXPECT_LE(velocity, all);
     };
-    record("", operations(derivatives_program<H, false>), operations(force_program<H, false>),
-           operations(velocity_program<H, false>));
+    record("", op_count_of(derivatives_program<H, false>), op_count_of(force_program<H, false>),
+           op_count_of(velocity_program<H, false>));
     if constexpr (Rescalable<H>)
-        record("rescaled_", operations(derivatives_program<H, true>), operations(force_program<H, true>),
-               operations(velocity_program<H, true>));
+        record("rescaled_", op_count_of(derivatives_program<H, true>), op_count_of(force_program<H, true>),
+               op_count_of(velocity_program<H, true>));
 }
 
 }  // namespace

@@ -63,19 +63,19 @@ def write(path, data, name, causes, others):
     link = f"[{name}](performance/{name})"
     lines = [
         "# Performance", "",
-        *wrapped(f"`bench/performance` measured everything on this page, and wrote it and {link}. Do not edit the page. "
-                 "Each number is a median over interleaved rounds of one run, on one thread unless the row states "
-                 "another number. The share of peak divides the counted floating-point operations of tracing per second "
-                 "by the rate of independent multiply-adds, which the same run measures on the same thread."), "",
+        *wrapped(f"`bench/performance` measured everything on this page, and wrote it and {link}. Do not edit the page."
+                 " Each number is a median over interleaved rounds of one run, on one thread unless the row states "
+                 "another number. The share of peak divides the counted floating-point operations of tracing per"
+                 " second by the rate of independent multiply-adds, which the same run measures on the same thread."), "",
         f"- machine: {data['machine']}; instruction set {data['isa']}",
         f"- compiler: {data['compiler']}; commit {data['commit']}; {data['date']}; {data['rounds']} rounds",
         *disturbance(data), "",
-        *wrapped("The minimum must hold and the target is the aim; both were set for processors with eight doubles per "
-                 "register (avx512)."), "",
+        *wrapped("The minimum must hold and the target is the aim; both were set for processors with eight doubles"
+                 " per register (avx512)."), "",
         "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
         "## Further data", "",
-        *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape and "
-                 "of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. `bench/performance "
+        *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape"
+                 " and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. `bench/performance "
                  "--only WORD` repeats the measurements whose name contains WORD. The names are those of the functions "
                  "in `bench/measured/claims.py`. Measurements of other machines, or of earlier commits:"), ""]
     for other in others:

@@ -260,6 +260,7 @@ consteval auto extract() {
     p.outputs = untrimmed.outputs;
     p.size = untrimmed.size;
     p.uniforms = untrimmed.uniforms;
+    p.complete = untrimmed.complete;
     return p;
 }
 

@@ -84,7 +84,8 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
     return Failure::none;
 }
 
-/// Returns ∂r/∂q of the radius r of a black hole (Boyer–Lindquist or Schwarzschild), and sets `radius` to r.
+/// Returns the gradient ∂r/∂q of the radial coordinate r (Boyer–Lindquist or Schwarzschild) at the position q near a
+/// black hole, and sets `radius` to r.
 template <class H>
 std::array<double, 3> radius_gradient(const double* parameters, const double (&q)[3], double& radius) {
     using DualNumber = Dual<double, 3>;

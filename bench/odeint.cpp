@@ -33,7 +33,7 @@ struct RayEquations {
             derivative[3 + k] = -gradient[k];
         }
     }
-    /// Estimates the integration parameter that is needed to reach the sphere r = radius. Near that sphere
+    /// Estimates the increase of λ, or of τ if `Rescaled`, up to the sphere r = radius. Near that sphere
     /// dr/dλ = p_r − r_g (p_r + p_t)/r is about constant; dτ = dλ/r. Returns infinity for inward rays and for
     /// 3 r < radius.
     double parameter_to(double radius, const PhasePoint& y) const {
@@ -82,8 +82,8 @@ private:
             return Stepper(tolerance, tolerance);
     }
 };
-template <class Single>
-using RungeKutta = Controlled<decltype(odeint::make_controlled<Single>(1.0, 1.0))>;
+template <class Stepper>
+using RungeKutta = Controlled<decltype(odeint::make_controlled<Stepper>(1.0, 1.0))>;
 using BulirschStoer = Controlled<odeint::bulirsch_stoer<PhasePoint>>;
 
 /// One-step method with a fixed step. Only the last steps of a ray have another length.
@@ -106,7 +106,7 @@ struct Fixed {
 /// are shorter.
 template <std::size_t order>
 struct Multistep {
-    odeint::runge_kutta_fehlberg78<PhasePoint> single;
+    odeint::runge_kutta_fehlberg78<PhasePoint> runge_kutta;
     odeint::adams_bashforth_moulton<order, PhasePoint> stepper;
     double fixed_length;
     bool has_history = false;  ///< True if `stepper` contains the derivatives at previous steps of this ray.
@@ -118,18 +118,18 @@ struct Multistep {
     template <class System>
     void step(const System& system, PhasePoint& y, double& length) {
         double time = 0;
-        if (length != fixed_length) single.do_step(system, y, time, length);
+        if (length != fixed_length) runge_kutta.do_step(system, y, time, length);
         else if (has_history) stepper.do_step(system, y, time, length);
         else {
-            stepper.initialize(single, system, y, time, length);
+            stepper.initialize(runge_kutta, system, y, time, length);
             has_history = true;
         }
     }
 };
 
 /// Integrates rays to the escape sphere. `number` is the tolerance or the step length. The last steps are shortened so
-/// that they end at the estimated parameter of the sphere. If the sphere is closer than 1e-5, one Euler step reaches
-/// it.
+/// that they end at the estimated parameter of the sphere. If the remaining parameter is less than 1e-5, one Euler step
+/// reaches the sphere.
 template <class Method, bool Rescaled>
 void integrate(const Hole& hole, double number, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends) {
     constexpr double close = 1e-5;

@@ -34,10 +34,10 @@ struct Rays {
 Rays rays_of(const char* file) {
     Options options;
     options.threads = 1;
-    const std::vector<Override> accurate{"integrator.method=gauss16", "integrator.step=0.1",
-                                         "integrator.symmetry=none"};
-    const auto plan =
-        make_plan(load_scene(KAGERO_SCENES "/hole.toml", accurate, catalogue(options.isa)), options, Purpose::ray_list);
+    const std::vector<Override> reference_method{"integrator.method=gauss16", "integrator.step=0.1",
+                                                 "integrator.symmetry=none"};
+    const auto plan = make_plan(load_scene(KAGERO_SCENES "/hole.toml", reference_method, catalogue(options.isa)),
+                                options, Purpose::ray_list);
     std::ifstream in(file);
     if (!in)
         throw InputError(std::string("cannot read the rays '") + file +

@@ -198,9 +198,9 @@ Failure observe_formula(ObserverKind kind, const formula::Programs& programs, co
     if (!metric_of(inverse_metric, g)) return Failure::singular_start;
     map.pt = programs.pt;
     const bool is_static = kind == ObserverKind::static_;
-    return rest_frame(inverse_metric, g,
-                      is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0}, 1,
-                      map);
+    return compute_rest_frame_map(
+        inverse_metric, g, is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0},
+        1, map);
 }
 
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double position[3],
@@ -208,7 +208,7 @@ Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKin
     double q[3];
     copy(position, q);
     if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return observe<H>(kind, parameters, q, *map); });
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return compute_start_map<H>(kind, parameters, q, *map); });
 }
 
 Failure start(std::uint32_t hamiltonian, const double* parameters, const double position[3], const double direction[3],
@@ -240,8 +240,8 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
     const Method& method = methods[integrator];
     if (hamiltonian == formula_index) {
         const formula::Programs& p = formula::programs_in(parameters);
-        return operations_of(method, {formula::operations_of(p.derivatives), formula::operations_of(p.force),
-                                      formula::operations_of(p.velocity), formula::operations_of(p.event_functions)});
+        return operations_of(method, {formula::flops_of(p.derivatives), formula::flops_of(p.force),
+                                      formula::flops_of(p.velocity), formula::flops_of(p.event_functions)});
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() {
         return operations_of(method, space_kernel<H, double>(rescaled && Rescalable<H>).operations);

@@ -42,14 +42,14 @@ std::map<std::string, std::set<std::string>> include_graph(const std::string& fo
     return graph;
 }
 
-/// Returns the first cycle of a graph as "a > b > a", or "".
+/// Returns the first cycle that is found in a graph, as "a > b > a", or "" if the graph has no cycle.
 std::string cycle_in(const std::map<std::string, std::set<std::string>>& graph) {
     std::vector<std::string> path;
     std::set<std::string> done;
     const std::function<std::string(const std::string&)> visit = [&](const std::string& unit) -> std::string {
         if (std::find(path.begin(), path.end(), unit) != path.end()) {
             std::string text;
-            for (auto one = std::find(path.begin(), path.end(), unit); one != path.end(); ++one) text += *one + " > ";
+            for (auto u = std::find(path.begin(), path.end(), unit); u != path.end(); ++u) text += *u + " > ";
             return text + unit;
         }
         if (done.count(unit) || !graph.count(unit)) return "";
@@ -80,7 +80,8 @@ std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::st
     return folders;
 }
 
-/// The folders from the lowest layer to the highest. Includes point to the same layer or to a lower one.
+/// The layers from the lowest to the highest. A layer of kernels/ is one folder; a layer of src/ can consist of several
+/// folders. A file may include files of its own layer and of lower layers.
 const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autodiff",    "hamiltonians",
                                              "equations", "observers",    "integrators", "orbits",
                                              "recipe",    "intersection", "methods",     "formula",
@@ -139,9 +140,9 @@ TEST(Kernels, IncludeNothingOfTheProgram) {
             const bool standard = name.find('/') == std::string::npos && !name.ends_with(".h");
             EXPECT_TRUE(own || standard || name == "rtcore.h" || name == "xsimd/xsimd.hpp" || name == "immintrin.h")
                 << source.path << " includes " << name;
-            for (const char* heavy : {"iostream", "ostream", "istream", "sstream", "fstream", "stdexcept", "exception",
-                                      "vector", "string", "map", "memory", "functional", "thread", "mutex"})
-                EXPECT_NE(name, heavy) << source.path;
+            for (const char* costly : {"iostream", "ostream", "istream", "sstream", "fstream", "stdexcept", "exception",
+                                       "vector", "string", "map", "memory", "functional", "thread", "mutex"})
+                EXPECT_NE(name, costly) << source.path;
         }
 }
 
@@ -191,7 +192,8 @@ TEST(Program, IncludesDownwards) {
     }
 }
 
-TEST(Program, IncludesOnlyTheAbiOfTheKernels) {
+// src/ and kernels/ share only the binary interface of the modules, assertions, and the list of operations of formulas.
+TEST(Program, IncludesOnlySharedHeadersOfTheKernels) {
     const std::set<std::string> shared{"kernels/abi.h", "kernels/assertion.h", "kernels/operation.h"};
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes)
@@ -210,13 +212,13 @@ TEST(Program, UsesEachLibraryInOneFolder) {
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {
-            bool known = false, in_folder = false;
+            bool is_library = false, in_folder = false;
             for (const auto& [library, folder] : folders) {
                 if (!starts_with(name, library)) continue;
-                known = true;
+                is_library = true;
                 in_folder = in_folder || starts_with(source.path, folder);
             }
-            EXPECT_EQ(known, in_folder) << source.path << " includes " << name;
+            EXPECT_EQ(is_library, in_folder) << source.path << " includes " << name;
         }
 }
 
@@ -249,7 +251,7 @@ TEST(Sources, GuardTheirHeaders) {
                 << source.path;
 }
 
-TEST(Sources, HaveFewFilesPerFolder) {
+TEST(Sources, HaveAtMost21FilesPerFolder) {
     std::map<std::string, int> files;
     for (const char* folder : {"kernels", "src", "tests"})
         for (const Source& source : sources_below(folder)) ++files[source.path.substr(0, source.path.rfind('/'))];

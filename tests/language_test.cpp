@@ -90,10 +90,10 @@ std::vector<Prose> prose_of_page(const std::string& path, const std::string& tex
         ++number;
         if (starts_with(line, "```")) fenced = !fenced;
         const std::string words = trimmed(line);
-        const bool single = starts_with(words, "|") || starts_with(words, "#") || starts_with(words, "- ") ||
-                            starts_with(words, "<");
+        const bool is_single_line = starts_with(words, "|") || starts_with(words, "#") || starts_with(words, "- ") ||
+                                    starts_with(words, "<");
         if (fenced || words.empty() || starts_with(line, "```")) in_paragraph = false;
-        else if (in_paragraph && !single) all.back().text += " " + words;
+        else if (in_paragraph && !is_single_line) all.back().text += " " + words;
         else {
             all.push_back({path, number, words});
             in_paragraph = !starts_with(words, "|") && !starts_with(words, "#");

@@ -18,7 +18,7 @@ namespace kagero::bench {
 inline constexpr double hole_parameters[1] = {0.08};  ///< r_g of scenes/room.toml.
 inline constexpr int state_count = 8;                 ///< Number of different ray states per lane.
 
-/// Returns ray state `number` in the room, different in each lane: consecutive elements of a low-discrepancy sequence.
+/// Returns ray state `number` in scenes/room.toml. The lanes hold consecutive elements of a low-discrepancy sequence.
 template <class V>
 State<V> ray_state(int number) {
     using S = ScalarOf<V>;

@@ -1,8 +1,8 @@
 /// Times of consecutive steps of one method, with one ray per lane and without a scene.
 ///
-/// All methods integrate over the same length, in steps of 1/10, or of 1/2 for orders above 5. The rays pass the origin
-/// at about a third of their initial distance. They differ slightly between lanes, so that the number of iterations of
-/// an implicit step is that of the slowest lane, as in a picture.
+/// All methods integrate over the same interval of the parameter λ or τ, in steps of 1/10, or of 1/2 for orders
+/// above 5. The rays pass the origin at less than half of their initial distance. The rays of a packet differ slightly,
+/// so that the number of iterations of an implicit step is that of the slowest lane, as in a picture.
 #pragma once
 
 #include "kernels/simd/peak.h"
@@ -22,8 +22,8 @@
 
 namespace kagero::bench {
 
-/// Length of the integration, in the parameter of the method.
-inline constexpr double integration_length = 2;
+/// Interval of the integration parameter: λ, or τ with time rescaling.
+inline constexpr double parameter_interval = 2;
 
 inline double step_of(const Method& method) { return method.info.order > 5 ? 0.5 : 0.1; }
 
@@ -110,7 +110,7 @@ void require_same_step(const Method& method, const SpaceKernel<V>& first, const 
         }
 }
 
-/// Measures the time of steps: each iteration of the benchmark integrates over `integration_length` from the same
+/// Measures the time of steps: each iteration of the benchmark integrates over `parameter_interval` from the same
 /// start.
 template <class H, class V>
 void measure_steps(benchmark::State& state, const Method& method, const SpaceKernel<V>& kernel) {
@@ -123,7 +123,7 @@ void measure_steps(benchmark::State& state, const Method& method, const SpaceKer
     initial->h = V(ScalarOf<V>(step_of(method)));
     initial->options.tolerance = ScalarOf<V>(1e-6);  // so large that no step is rejected for its estimated error
     kernel.begin[kind](*system, *initial, method.coefficients);
-    const int count = static_cast<int>(integration_length / step_of(method));
+    const int count = static_cast<int>(parameter_interval / step_of(method));
     // Number of stages whose values the stepper keeps from one step to the next.
     const int stages = method.coefficients.gauss ? method.coefficients.gauss->stages : 2;
     *current = *initial;

@@ -141,13 +141,13 @@ def traced_share(program, found):
     return 100 * operations / report["ns_per_ray"]["median"] / roofline["peak_gflops_one_thread"]
 
 
-def cheapest_claim(program, key, what, minimum, target, bundle, bound, solver_share, unit="µs", **choice):
+def cheapest_claim(program, key, what, minimum, target, ray_choice, bound, solver_share, unit="µs", **choice):
     """Measures the time per ray of the cheapest method, step and precision of rays.py that meet an error bound.
 
-    `bundle` is a file name, followed by the arguments of rays.peers after the path. Implicit equations are solved to
-    `solver_share` of the bound. `choice` contains the methods and precisions for rays.cheapest."""
-    name, *impact = bundle
-    ray_list = rays.peers(program.directory / name, *impact)
+    `ray_choice` is a tuple: a file name, and optionally the arguments of rays.inward_rays after the path. Implicit
+    equations are solved to `solver_share` of the bound. `choice` contains methods and precisions for rays.cheapest."""
+    name, *impact_range = ray_choice
+    ray_list = rays.inward_rays(program.directory / name, *impact_range)
     found, uncertainty = rays.cheapest(program, ray_list, (bound,), solver_share, **choice)
     if not found[0]:
         return Claim(key, what, minimum, target, [], "no method and step in rays.py meets the error bound (uncertainty"
@@ -164,7 +164,7 @@ def cheapest_claim(program, key, what, minimum, target, bundle, bound, solver_sh
 def peers(program, _):
     """Time of Boost.Odeint divided by that of kagero, for the same rays. Both use their cheapest method within each
     error bound, and run alternately."""
-    ray_list, bounds = rays.peers(program.directory / "peers.csv"), (1.6e-5, 1e-8, 8e-12)
+    ray_list, bounds = rays.inward_rays(program.directory / "peers.csv"), (1.6e-5, 1e-8, 8e-12)
     found, uncertainty = rays.cheapest(program, ray_list, bounds, 1e-2)
     claim = Claim("peers", "Boost.Odeint's cheapest method (one ray at a time, derivatives by hand) ÷ kagero's "
                   "(packets, from H), 2048 rays, errors ≤ 1.6e-5 / 1e-8 / 8e-12", [6, 7, 8], [13, 15, 18], [])
@@ -175,23 +175,23 @@ def peers(program, _):
             claim.measured.append(0 if best is None else math.inf)
             continue
         _, error, text, arguments = best
-        times = {"theirs": [], "ours": []}
-        def theirs():
+        times = {"odeint": [], "kagero": []}
+        def time_of_odeint():
             row, = program.benchmark("bench_peers", f"--rays={ray_list}",
                                      f"--benchmark_filter=^{odeint['name']}$", "--benchmark_min_time=0.1")
-            times["theirs"].append(1e9 * row["s/ray"])
-            return times["theirs"][-1]
-        def ours():
+            times["odeint"].append(1e9 * row["s/ray"])
+            return times["odeint"][-1]
+        def time_of_kagero():
             report = program.json("trace", SCENES / "hole.toml", "--rays", ray_list, "--threads", 1, "--repeat", 25,
                                   *arguments)
-            times["ours"].append(report["ns_per_ray"]["median"])
-            return times["ours"][-1]
-        ratio = program.ratio(theirs, ours)
+            times["kagero"].append(report["ns_per_ray"]["median"])
+            return times["kagero"][-1]
+        ratio = program.ratio(time_of_odeint, time_of_kagero)
         claim.measured.append(ratio.median)
         claim.share.append(traced_share(program, best))
-        theirs_median, ours_median = (statistics.median(times[name]) for name in ("theirs", "ours"))
-        details.append(f"{ratio}: {odeint['name'].removeprefix('odeint/')} {theirs_median:.0f} ns, error "
-                       f"{odeint['error']:.1e}; {text} {ours_median:.0f} ns, error {error:.1e}")
+        odeint_median, kagero_median = (statistics.median(times[name]) for name in ("odeint", "kagero"))
+        details.append(f"{ratio}: {odeint['name'].removeprefix('odeint/')} {odeint_median:.0f} ns, error "
+                       f"{odeint['error']:.1e}; {text} {kagero_median:.0f} ns, error {error:.1e}")
     claim.detail = "; ".join([*details, f"uncertainty of the reference {uncertainty:.0e}"])
     return [claim, cheapest_claim(program, "critical", "near-critical rays (b = 2.599 to 2.62 r_g), error ≤ 2e-9, µs "
                                   "per ray", [8.9], [3], CRITICAL, 2e-9, 1e-6)]
@@ -223,8 +223,8 @@ def whole_steps(program, _):
     ones, and in a picture divided by the step alone."""
     results = program.medians(f"bench_kernels_{program.isa}", "^step/schwarzschild_(rescaled|by_hand|as_printed)/"
                               "(verlet|gauss8)/(packet|one_register)_double$")
-    def step(form, method, values="packet"):
-        return results[f"step/schwarzschild_{form}/{method}/{values}_double"]
+    def step(derivatives, method, values="packet"):
+        return results[f"step/schwarzschild_{derivatives}/{method}/{values}_double"]
     methods = ("verlet", "gauss8")
     tape = [step("rescaled", m)["s/step"] / step("by_hand", m)["s/step"] for m in methods]
     printed = [max(step("as_printed", m, v)["s/step"] / step("by_hand", m, v)["s/step"] for m in methods)

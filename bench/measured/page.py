@@ -48,7 +48,7 @@ def missed(rows, causes):
 
 
 def disturbance(data):
-    """Returns a line about disturbances by other programs, if quiet.Quiet detected them."""
+    """Returns a line with the number of measurements that ended on a quiet processor; no line without such data."""
     quiet = data["quiet"]
     if not quiet:
         return []
@@ -66,7 +66,8 @@ def write(path, data, name, causes, others):
         *wrapped(f"`bench/performance` measured everything on this page, and wrote it and {link}. Do not edit the page."
                  " Each number is a median over interleaved rounds of one run, on one thread unless the row states "
                  "another number. The share of peak divides the counted floating-point operations of tracing per"
-                 " second by the rate of independent multiply-adds, which the same run measures on the same thread."), "",
+                 " second by the rate of independent multiply-adds, which the same run measures on the same"
+                 " thread."), "",
         f"- machine: {data['machine']}; instruction set {data['isa']}",
         f"- compiler: {data['compiler']}; commit {data['commit']}; {data['date']}; {data['rounds']} rounds",
         *disturbance(data), "",
@@ -75,10 +76,11 @@ def write(path, data, name, causes, others):
         "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
         "## Further data", "",
         *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape"
-                 " and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. `bench/performance "
-                 "--only WORD` repeats the measurements whose name contains WORD. The names are those of the functions "
-                 "in `bench/measured/claims.py`. Measurements of other machines, or of earlier commits:"), ""]
+                 " and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. "
+                 "`bench/performance --only WORD` repeats the measurements whose name contains WORD. The names are"
+                 " those of the functions in `bench/measured/claims.py`. Measurements of other machines, or of earlier"
+                 " commits:"), ""]
     for other in others:
-        lines += wrapped(f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; commit "
-                         f"{other['commit']}", "  ")
+        lines += wrapped(f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; "
+                         f"commit {other['commit']}", "  ")
     path.write_text("\n".join(lines) + "\n")

@@ -1,5 +1,6 @@
-"""Detects whether other programs slow the processor down. On a shared host, this can last for minutes. Code that uses
-all execution units of a core is slowed down more than code that is limited by latency, so ratios of times change."""
+"""Detects whether other programs slow the processor down. On a shared host, a slowdown can last for minutes. Code
+that uses all execution units of a core is slowed down more than code that is limited by latency, so ratios of times
+change."""
 import time
 
 TOLERANCE = 1.05     # the processor is busy if a calibration step takes longer than this times the shortest one
@@ -24,8 +25,8 @@ class Quiet:
             self.is_quiet()
 
     def is_quiet(self):
-        """Times a calibration step, and returns True if it takes about as long as the shortest one so far. It is a step
-        of `verlet` on packets of doubles, which uses all execution units of a core."""
+        """Times a calibration step, and returns True if it takes about as long as the shortest one so far. The
+        calibration step is a step of `verlet` on packets of doubles, which uses all execution units of a core."""
         row, = self.program.benchmark(f"bench_kernels_{self.program.isa}",
                                       "--benchmark_filter=^step/schwarzschild_rescaled/verlet/packet_double$",
                                       "--benchmark_min_time=0.1")

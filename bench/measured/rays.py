@@ -8,14 +8,14 @@ import random
 from .program import SCENES
 
 OUTWARD, ACROSS = (2 / 3, -1 / 3, 2 / 3), (2 / 3, 2 / 3, -1 / 3)  # unit vectors that span the orbit plane
-START = 20  # radius of the ray starts, in r_g
+START_RADIUS = 20  # radius of the ray starts, in r_g
 
 
 def inward(b):
     """Returns position and direction of a ray at r = 20 r_g with impact parameter b (in r_g):
     dr/dlambda = -sqrt(1 - (1 - 1/r) b^2/r^2), r dphi/dlambda = b/r."""
-    radial, tangential = -math.sqrt(1 - (1 - 1 / START) * b * b / START**2), b / START
-    return [START * o for o in OUTWARD] + [radial * o + tangential * a for o, a in zip(OUTWARD, ACROSS)]
+    radial, tangential = -math.sqrt(1 - (1 - 1 / START_RADIUS) * b * b / START_RADIUS**2), b / START_RADIUS
+    return [START_RADIUS * o for o in OUTWARD] + [radial * o + tangential * a for o, a in zip(OUTWARD, ACROSS)]
 
 
 def write_rays(path, rays):
@@ -25,7 +25,7 @@ def write_rays(path, rays):
     return path
 
 
-def peers(path, least=3.0, width=7.0, count=2048):
+def inward_rays(path, least=3.0, width=7.0, count=2048):
     """Writes inward rays with impact parameters from `least` to `least` + `width`, in r_g. Returns the path."""
     return write_rays(path, [inward(least + width * (k + 0.5) / count) for k in range(count)])
 
@@ -72,7 +72,7 @@ METHODS = {
     "gauss16": (1.2, 0.9, 0.7, 0.5, 0.4, 0.3, 0.2),
 }
 ADAPTIVE = ("rkf78", "dp85")
-ORBITS = {
+ORBITS = {  # methods in the orbit plane
     "orbit-srkn6": (0.8, 0.6, 0.4, 0.3, 0.2),
     "orbit-srkn11": (1.2, 1, 0.8, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15),
     "orbit-srkn14": (1, 0.8, 0.6, 0.4, 0.3, 0.25, 0.2),
@@ -95,15 +95,15 @@ def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("
     def report_of(arguments):
         return program.json("trace", scene, "--rays", rays, "--threads", 1, "--repeat", 9 if program.quick else 25,
                             *arguments)
-    def least(candidate):
+    def least_time(candidate):
         return candidate[0]["ns_per_ray"]["min"]
     found = []
     for bound in bounds:
         candidates = []
         for precision, (method, steps) in itertools.product(precisions, methods.items()):
             for step in steps:
-                length = ["-D", f"integrator.tolerance={step:g}"] if method in ADAPTIVE else ["--step", step]
-                arguments = ["--precision", precision, "--integrator", method, *length, "-D",
+                step_arguments = ["-D", f"integrator.tolerance={step:g}"] if method in ADAPTIVE else ["--step", step]
+                arguments = ["--precision", precision, "--integrator", method, *step_arguments, "-D",
                              f"integrator.solver_tolerance={solver_share * bound:g}"]
                 error = worst_angle(directions(program, scene, rays, *arguments), reference)
                 if error > bound:
@@ -112,9 +112,10 @@ def cheapest(program, rays, bounds, solver_share, methods=METHODS, precisions=("
                 candidates.append((report_of(arguments), error, text, arguments))
                 break  # Shorter steps of the same method take more time.
         for _ in range(1 if program.quick else 4):
-            near = 1.3 * min(map(least, candidates), default=0)
-            candidates = [min(c, (report_of(c[3]), *c[1:]), key=least) for c in candidates if least(c) <= near]
-        found.append(min(candidates, key=least, default=None))
+            time_limit = 1.3 * min(map(least_time, candidates), default=0)
+            candidates = [min(c, (report_of(c[3]), *c[1:]), key=least_time) for c in candidates
+                          if least_time(c) <= time_limit]
+        found.append(min(candidates, key=least_time, default=None))
     return found, uncertainty
 
 

@@ -1,5 +1,5 @@
-/// The exceptions of kagero. A message states the invalid input or the failed operation, where it is, the legal values,
-/// and what to do.
+/// The exceptions of kagero. A message states the invalid input and its position, or the failed operation, the legal
+/// values, and what to do.
 #pragma once
 
 #include <kagero/export.h>

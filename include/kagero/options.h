@@ -25,7 +25,7 @@ struct RunOptions {
     unsigned threads = 0;            ///< 0: one per processor.
     std::function<void(double done, double seconds)>
         progress{};  ///< Called repeatedly, from any thread. `done` is the finished fraction; `seconds` have elapsed.
-    const std::atomic<bool>* stop = nullptr;  ///< If it becomes true, the run ends early; finished pixels are kept.
+    const std::atomic<bool>* stop = nullptr;  ///< If *stop becomes true, the run ends early; finished pixels are kept.
 };
 
 /// The choices of the program for a scene, as `kagero explain` prints them.

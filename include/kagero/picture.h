@@ -43,8 +43,8 @@ private:
 
 /// Renders a scene. Every `auto` is resolved as in `kagero render`. The energy error is measured along every ray.
 /// `progress` goes from 0 to 1 for the trial, if there is one, and again for the picture. `stop` ends the rendering,
-/// but not the trial. Throws InputError if the scene or an option is invalid, and its `location` is the position in the
-/// scene file. Throws RunError if the run fails, and Interrupted if it ends before there is any result.
+/// but not the trial. Throws InputError if the scene or an option is invalid; InputError::location is the position in
+/// the scene file. Throws RunError if the run fails, and Interrupted if it ends before there is any result.
 KAGERO_PUBLIC Picture render_scene(const SceneSource& source, const RunOptions& options = {});
 
 }  // namespace kagero

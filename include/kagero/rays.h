@@ -27,8 +27,8 @@ struct TracedRay {
 };
 
 /// Traces rays; element i of the result belongs to ray i. Directions are in the rest frame of `observer` ("static",
-/// "zamo", "falling" or "coordinate"). If `observer` is empty, they are those of dq/dλ in scene coordinates. Throws
-/// InputError if the scene or an option is invalid, and RunError if the run fails.
+/// "zamo", "falling" or "coordinate"). If `observer` is empty, directions are those of dq/dλ in scene coordinates.
+/// Throws InputError if the scene or an option is invalid, and RunError if the run fails.
 KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays,
                                                 const std::string& observer = {}, const RunOptions& options = {});
 

@@ -15,18 +15,19 @@ class PathPacket {
     static constexpr std::uint32_t W = lane_count<V>;
 
 public:
-    PathPacket(const RayPath* paths, std::uint32_t count) : count_(std::min(count, W)) {
+    /// Takes the first W of `count` paths, or all of them if there are fewer.
+    PathPacket(const RayPath* paths, std::uint32_t count) : path_count_(std::min(count, W)) {
         for (std::uint32_t i = 0; i < W; ++i) {
-            paths_[i] = i < count_ ? &paths[i] : paths;
-            longest_ = std::max(longest_, paths_[i]->count);
+            paths_[i] = i < path_count_ ? &paths[i] : paths;
+            max_points_ = std::max(max_points_, paths_[i]->count);
         }
     }
     /// Returns the number of lanes with a path of their own.
-    std::uint32_t count() const { return count_; }
+    std::uint32_t path_count() const { return path_count_; }
     /// Returns the number of points of the longest path.
-    std::uint32_t longest() const { return longest_; }
+    std::uint32_t max_points() const { return max_points_; }
 
-    /// Returns the normals of the surfaces on which the rays end, and the derivatives of the film coordinates.
+    /// Returns the normals of the surfaces on which the rays end, and the derivatives of the ends' film coordinates.
     EndSensitivity<V> end_sensitivity() const {
         EndSensitivity<V> e;
         for (std::uint32_t i = 0; i < W; ++i) {
@@ -38,8 +39,8 @@ public:
         }
         return e;
     }
-    /// Returns the states k points before the ends, and sets `parameter` to λ at these points. If a path has at most k
-    /// points, its lane contains the state at the start of the path.
+    /// Returns the states k points before the last points of the paths, and sets `parameter` to λ at these points. If a
+    /// path has at most k points, its lane contains the state at the start of the path.
     State<V> before_end(std::uint32_t k, V& parameter) const {
         State<V> state;
         for (std::uint32_t i = 0; i < W; ++i) {
@@ -62,11 +63,11 @@ private:
         set_lane(v.z, int(lane), x[2]);
     }
 
-    std::uint32_t count_, longest_ = 0;
+    std::uint32_t path_count_, max_points_ = 0;
     const RayPath* paths_[W];
 };
 
-/// Computes, for each path, a bound in pixels on the effect of rounding errors on the film position of its end.
+/// Writes, for each path, a bound in pixels on the effect of rounding errors on the film position of its end.
 /// `unit_roundoff` is half a unit in the last place of 1 in the number type of the rays.
 template <class V>
 void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, double unit_roundoff, double* pixels) {
@@ -81,12 +82,12 @@ void bound_roundings(const Job* job, const RayPath* paths, std::uint32_t count, 
         Sweep<V> sweep;
         sweep.state = packet.before_end(0, end_parameter);
         begin_sweep(swept_system, packet.end_sensitivity(), sweep);
-        for (std::uint32_t k = 1; k < packet.longest(); ++k) {
+        for (std::uint32_t k = 1; k < packet.max_points(); ++k) {
             const State<V> step_start = packet.before_end(k, start_parameter);
             sweep_step(swept_system, step_start, end_parameter - start_parameter, counts, sweep);
             end_parameter = start_parameter;
         }
-        for (std::uint32_t i = 0; i < packet.count(); ++i)
+        for (std::uint32_t i = 0; i < packet.path_count(); ++i)
             pixels[first + i] = unit_roundoff * get_lane(sweep.bound, int(i));
     }
 }

@@ -32,11 +32,12 @@ KAGERO_INLINE V separately_rounded_product([[maybe_unused]] Op op, [[maybe_unuse
 
 /// Returns a bound on the effect of the rounding errors in a program on two results that depend on its outputs. The
 /// unit of the bound is half a unit in the last place of 1. The bound is the sum of rounding · |adjoint| · (unit in the
-/// first place of the value) over the operations. `rounding` is the member of that name in operation_table.h, and
-/// |adjoint| is the Euclidean norm over the two results. `seeds` are the derivatives of the two results with respect to
-/// the outputs of the program, one row of `outputs` numbers per result.
+/// first place of the value) over the operations, and over the products that are rounded separately. `rounding` is the
+/// member of that name in operation_table.h; for a separate product it is 1. |adjoint| is the Euclidean norm of the
+/// adjoints for the two results. `seeds` are the derivatives of the two results with respect to the outputs of the
+/// program, one row of `outputs` numbers per result.
 template <class V, class S>
-V sum_of_roundings(const ProgramWithUniforms<S>& code, const V* inputs, const V* seeds, int outputs) {
+V rounding_bound_of(const ProgramWithUniforms<S>& code, const V* inputs, const V* seeds, int outputs) {
     using DualNumber = Dual<V, most_operands>;
     const ProgramView& program = code.program;
     V value[Tape::capacity], adjoint[Tape::capacity][2];

@@ -18,11 +18,12 @@
 
 namespace kagero {
 
-/// The derivatives of the two film coordinates of a ray end with respect to its position and its unit direction.
+/// The effect of a displacement of a ray on the two film coordinates of its end.
 template <class V>
 struct EndSensitivity {
-    Vec3<V> normal;  ///< normal, of any length, of the surface on which the ray ends
-    Vec3<V> by_position[2], by_direction[2];
+    Vec3<V> normal;           ///< normal, of any length, of the surface on which the ray ends
+    Vec3<V> by_position[2];   ///< derivatives of the film coordinates with respect to the position of the end
+    Vec3<V> by_direction[2];  ///< derivatives of the film coordinates with respect to the unit direction at the end
 };
 
 /// The derivatives of the two film coordinates with respect to (q, p), one row per film coordinate.
@@ -35,7 +36,7 @@ struct FlowDerivatives {
     PhaseGradient<V> gradient;  ///< ∂K/∂(q, p) / Ω
     Hessian<V> hessian;         ///< ∂²K/∂(q, p)² / Ω
     V inverse_rescaling;        ///< 1/Ω
-    V switching;                ///< switching function, which changes sign at a discontinuity; unset if H has none
+    V switching;  ///< switching function, which changes its sign at a discontinuity; unset if H has no discontinuity
     /// Returns dq/dλ.
     Vec3<V> velocity() const { return velocity_in(gradient); }
 };
@@ -50,8 +51,8 @@ struct SweptSystem {
 
     /// Returns a bound on the effect of the rounding errors in `gradient_program` at a state. `seeds` are the
     /// derivatives of the two film coordinates with respect to the outputs of this program.
-    V roundings(const State<V>& s, const AdjointRows<V>& seeds) const {
-        return sum_of_roundings(gradient_program, s.y, &seeds[0][0], phase_size);
+    V rounding_bound(const State<V>& s, const AdjointRows<V>& seeds) const {
+        return rounding_bound_of(gradient_program, s.y, &seeds[0][0], phase_size);
     }
 };
 
@@ -59,10 +60,10 @@ struct SweptSystem {
 template <class V>
 struct Sweep {
     State<V> state;
-    FlowDerivatives<V> flow;  ///< derivatives at `state`; slightly later on the ray if H has discontinuities
+    FlowDerivatives<V> flow;  ///< derivatives at `state`; see detail::discontinuity_offset for a discontinuous H
     AdjointRows<V> rows;      ///< adjoints of the two film coordinates
-    /// Bound on the effect of the rounding errors between `state` and the end, in units of half a unit in the last
-    /// place of 1.
+    /// Bound on the effect of the rounding errors between `state` and the end of the ray. The unit of the bound is half
+    /// a unit in the last place of 1.
     V bound;
 };
 
@@ -87,27 +88,28 @@ FlowDerivatives<V> flow_derivatives_at(const SweptSystem<V>& system, const State
 /// Returns a + s·(b − a).
 template <class V>
 State<V> between(const State<V>& a, const State<V>& b, double s) {
-    State<V> y = a;
-    for (int k = 0; k < phase_size; ++k) y.y[k] = fma(V(s), b.y[k] - a.y[k], a.y[k]);
-    return y;
+    State<V> result = a;
+    for (int k = 0; k < phase_size; ++k) result.y[k] = fma(V(s), b.y[k] - a.y[k], a.y[k]);
+    return result;
 }
 
-/// Returns the state of the cubic Hermite polynomial in the middle of a step from a to b.
+/// Returns the state in the middle of a step from a to b, by the cubic Hermite polynomial. `at_a` and `at_b` are the
+/// derivatives at the two states, and `length` is the length of the step in λ.
 template <class V>
 State<V> middle_of(const State<V>& a, const FlowDerivatives<V>& at_a, const State<V>& b, const FlowDerivatives<V>& at_b,
                    const V& length) {
-    State<V> y = between(a, b, 0.5);
+    State<V> middle = between(a, b, 0.5);
     const V eighth = V(0.125) * length;
     for (int k = 0; k < space_size; ++k) {
-        y.y[k] = fma(eighth, at_a.gradient[momentum(k)] - at_b.gradient[momentum(k)], y.y[k]);
-        y.y[momentum(k)] = fnma(eighth, at_a.gradient[k] - at_b.gradient[k], y.y[momentum(k)]);
+        middle.y[k] = fma(eighth, at_a.gradient[momentum(k)] - at_b.gradient[momentum(k)], middle.y[k]);
+        middle.y[momentum(k)] = fnma(eighth, at_a.gradient[k] - at_b.gradient[k], middle.y[momentum(k)]);
     }
-    return y;
+    return middle;
 }
 
-/// Writes Aᵀ·row to `out`, where A is the matrix of the variational equation, computed from the Hessian.
+/// Writes Aᵀ·row to `out`. A = J ∂²K/Ω is the Jacobian matrix of Hamilton's equations, computed from the Hessian.
 template <class V>
-void multiply_by_transpose(const Hessian<V>& hessian, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
+void multiply_by_transposed_jacobian(const Hessian<V>& hessian, const PhaseGradient<V>& row, PhaseGradient<V>& out) {
     for (int i = 0; i < phase_size; ++i) {
         out[i] = V(0.0);
         for (int k = 0; k < space_size; ++k)
@@ -116,45 +118,48 @@ void multiply_by_transpose(const Hessian<V>& hessian, const PhaseGradient<V>& ro
     }
 }
 
-/// Integrates an adjoint from the end of a step (`late`) to its start (`early`) by one Runge–Kutta step of the
-/// transposed variational equation.
+/// Integrates an adjoint, `row`, from the end of a step to its start by one Runge–Kutta step of the transposed
+/// variational equation. `late`, `middle` and `early` are the derivatives at the end, in the middle and at the start.
 template <class V>
 void integrate_adjoint(const FlowDerivatives<V>& late, const FlowDerivatives<V>& middle,
                        const FlowDerivatives<V>& early, const V& length, PhaseGradient<V>& row) {
-    PhaseGradient<V> rate[4], argument;  // of the four Runge–Kutta stages
+    PhaseGradient<V> rate[4];   // Aᵀa = −da/dλ at the four Runge–Kutta stages
+    PhaseGradient<V> argument;  // the adjoint a at one stage
     const auto set_argument = [&](const V& h, const PhaseGradient<V>& previous_rate) {
         for (int i = 0; i < phase_size; ++i) argument[i] = fma(h, previous_rate[i], row[i]);
     };
     const V half = V(0.5) * length;
-    multiply_by_transpose(late.hessian, row, rate[0]);
+    multiply_by_transposed_jacobian(late.hessian, row, rate[0]);
     set_argument(half, rate[0]);
-    multiply_by_transpose(middle.hessian, argument, rate[1]);
+    multiply_by_transposed_jacobian(middle.hessian, argument, rate[1]);
     set_argument(half, rate[1]);
-    multiply_by_transpose(middle.hessian, argument, rate[2]);
+    multiply_by_transposed_jacobian(middle.hessian, argument, rate[2]);
     set_argument(length, rate[2]);
-    multiply_by_transpose(early.hessian, argument, rate[3]);
+    multiply_by_transposed_jacobian(early.hessian, argument, rate[3]);
     for (int i = 0; i < phase_size; ++i)
         row[i] = fma(length * V(1 / 6.0), rate[0][i] + V(2.0) * (rate[1][i] + rate[2][i]) + rate[3][i], row[i]);
 }
 
 /// Transforms the adjoints across a surface where the gradient of K is discontinuous, by the transposed saltation
-/// matrix. The ray crosses the surface from `before` to `after`; the sweep crosses it in the opposite direction. Lanes
-/// whose switching function has the same sign on both sides are not changed. The jump of ∂K/∂q is assumed to be normal
-/// to the surface.
+/// matrix. `before` and `after` are the derivatives on the two sides, in the order in which the ray crosses the
+/// surface. Lanes whose switching function has the same sign on both sides are not changed. The jump of ∂K/∂q is
+/// assumed to be normal to the surface.
 template <class V>
 void cross_discontinuity(const FlowDerivatives<V>& before, const FlowDerivatives<V>& after, AdjointRows<V>& rows) {
     const auto jump = [&](int k) { return after.gradient[k] - before.gradient[k]; };
     const MaskOf<V> crossed = before.switching * after.switching < V(0.0);
     const Vec3<V> force_jump{jump(component_x), jump(component_y), jump(component_z)};
-    const V inverse_product = recip(dot(force_jump, before.velocity()));
+    // Let f be `force_jump`, v the velocity, and row_p the momentum part of a row. The position part of the row changes
+    // by −f (row_p·f)/(f·v).
+    const V inverse_f_v = recip(dot(force_jump, before.velocity()));
     for (PhaseGradient<V>& row : rows) {
-        const V factor = dot(velocity_in(row), force_jump) * inverse_product;
+        const V factor = dot(velocity_in(row), force_jump) * inverse_f_v;
         for (int k = 0; k < space_size; ++k) row[k] = select(crossed, fnma(factor, jump(k), row[k]), row[k]);
     }
 }
 
-/// Returns a bound on the effect of one rounding error in each component of x: Σ_k |row_k| · (unit in the first place
-/// of x_k), where |row_k| is the Euclidean norm of (rows[0][k], rows[1][k]).
+/// Returns a bound on the effect of one rounding error in each component of x: Σ_k |column k| · (unit in the first
+/// place of x_k), where column k is (rows[0][k], rows[1][k]), and |·| is the Euclidean norm.
 template <class V>
 V rounding_effect(const AdjointRows<V>& rows, const V* x) {
     V sum(0.0);
@@ -167,14 +172,15 @@ V rounding_effect(const AdjointRows<V>& rows, const V* x) {
 /// includes the rounding errors in the sums that update the state, in the states of the stages, and in the derivatives.
 /// All terms are evaluated in the middle of the step; `middle` is the state there, and `flow` contains the derivatives.
 template <class V>
-V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow, const V& length,
-               const RoundingCounts& counts, const AdjointRows<V>& rows) {
-    PhaseGradient<V> rates;    // dq/dλ and −dp/dλ
-    AdjointRows<V> seeds;      // derivatives of the film coordinates with respect to ∂K/∂(q, p) in all stages together
-    AdjointRows<V> by_stages;  // derivatives with respect to the state of a stage, divided by weighted_length
+V step_rounding_bound(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow,
+                      const V& length, const RoundingCounts& counts, const AdjointRows<V>& rows) {
+    PhaseGradient<V> rates;  // dq/dλ and −dp/dλ
+    // Derivatives of the film coordinates with respect to a change of ∂K/∂(q, p) that is equal in all stages, and with
+    // respect to an equal change of the states of all stages, divided by weighted_length.
+    AdjointRows<V> seeds, by_stages;
     const V weighted_length = V(counts.weight) * length;  // Σ|b|·length, with the weights b of the stages
     for (int r = 0; r < 2; ++r) {
-        multiply_by_transpose(flow.hessian, rows[r], by_stages[r]);
+        multiply_by_transposed_jacobian(flow.hessian, rows[r], by_stages[r]);
         for (int k = 0; k < space_size; ++k) {
             seeds[r][k] = -(weighted_length * flow.inverse_rescaling * rows[r][momentum(k)]);
             seeds[r][momentum(k)] = weighted_length * flow.inverse_rescaling * rows[r][k];
@@ -186,7 +192,7 @@ V roundings_of(const SweptSystem<V>& system, const State<V>& middle, const FlowD
     }
     const V sums_effect = V(counts.sums + 1) * rounding_effect(rows, rates);
     return abs(weighted_length) * (sums_effect + rounding_effect(by_stages, middle.y)) +
-           system.roundings(middle, seeds);
+           system.rounding_bound(middle, seeds);
 }
 
 }  // namespace detail
@@ -212,8 +218,8 @@ void begin_sweep(const SweptSystem<V>& system, const EndSensitivity<V>& end, Swe
             seeds[r][i] = i < space_size ? V(0.0) : by_velocity[conjugate(i)] * s.flow.inverse_rescaling;
         }
     }
-    constexpr double refinement_roundings = 8;  // rounding errors of each component of the end state in refinement
-    s.bound = V(refinement_roundings) * rounding_effect(s.rows, s.state.y) + system.roundings(s.state, seeds);
+    constexpr double refinement_roundings = 8;  // per component of the end state; an assumption
+    s.bound = V(refinement_roundings) * rounding_effect(s.rows, s.state.y) + system.rounding_bound(s.state, seeds);
     // The end lies on the surface with the normal n. A displacement δq of the ray changes λ of the end by
     // −(n·δq)/(n·v), where v is the velocity. The film coordinates change by this change of λ times their derivatives
     // along the ray.
@@ -250,7 +256,7 @@ void sweep_step(const SweptSystem<V>& system, const State<V>& step_start, const 
         integrate_adjoint(late, middle_flow, early, length, s.rows[r]);
         for (int i = 0; i < phase_size; ++i) mean_rows[r][i] = fma(V(0.5), s.rows[r][i], mean_rows[r][i]);
     }
-    const V step_effect = state_effect + roundings_of(system, middle, middle_flow, length, counts, mean_rows);
+    const V step_effect = state_effect + step_rounding_bound(system, middle, middle_flow, length, counts, mean_rows);
     s.bound = select(abs(length) > V(0.0), s.bound + step_effect, s.bound);
     s.state = step_start;
     s.flow = early;

@@ -21,27 +21,28 @@ struct Program {
     int size = 0;                        ///< Number of nodes.
     int uniforms = 0;                    ///< Number of entries in the table of uniforms.
     bool complete = true;                ///< False if nodes are missing because a tape was full during extraction.
-    /// Returns true if the program uses an input in [first, last).
+    /// Returns true if the program uses an input whose index is in [first, last).
     constexpr bool uses_any_input(int first, int last) const {
         for (int k = 0; k < size; ++k)
             if (nodes[k].op == Op::input && nodes[k].a >= first && nodes[k].a < last) return true;
         return false;
     }
-    /// Returns true if sin and cos are called instead of inlined: if more than 4 of them are not uniform.
-    constexpr bool calls_circular() const {
+    /// Returns true if sin and cos are function calls in the compiled program, and false if they are inlined. Calls are
+    /// used if more than 4 sin and cos nodes are not uniform.
+    constexpr bool calls_sin_cos() const {
         int count = 0;
         for (int k = 0; k < size; ++k) count += !nodes[k].uniform && (nodes[k].op == Op::sin || nodes[k].op == Op::cos);
         return count > 4;
     }
-    /// Returns a measure of code size: the number of nodes, plus 40 for each node that is not uniform and has
-    /// `is_library` (operation_table.h).
+    /// Returns a measure of code size: the number of nodes, plus 40 for each node that is not uniform and whose
+    /// operation has the flag `is_library` (operation_table.h).
     constexpr int length() const {
         int sum = size;
         for (int k = 0; k < size; ++k) sum += !nodes[k].uniform && info_of(nodes[k].op).is_library ? 40 : 0;
         return sum;
     }
-    /// Returns the number of parameters up to the last one that the program uses.
-    constexpr int parameters() const {
+    /// Returns the greatest index of a parameter that the program uses, plus 1; 0 if it uses none.
+    constexpr int parameter_count() const {
         int count = 0;
         for (int k = 0; k < size; ++k)
             if (nodes[k].op == Op::parameter && nodes[k].a >= count) count = nodes[k].a + 1;
@@ -59,9 +60,9 @@ struct Program {
     }
 };
 
-/// The inputs [first, last), which vary between consecutive calls of a program while the other inputs stay the same.
-/// By default, all inputs vary.
-struct Varying {
+/// The range [first, last) of the indices of inputs that vary between consecutive evaluations of a program. The other
+/// inputs stay the same. By default, all inputs vary.
+struct VaryingInputs {
     int first = 0, last = 1 << 30;
 };
 
@@ -145,12 +146,13 @@ constexpr Tape share_scaled_factors(const Tape& t, std::array<int, Outputs>& out
 /// is computed once for many calls. The other factors are sorted by the length of their dependency chains, so that the
 /// chain of the product is short. Returns the new tape and replaces the indices in `outputs`.
 template <int Outputs>
-constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, Varying varying) {
+constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, VaryingInputs varying) {
     const Uses uses(t, outputs);
     // For each node, the length of the longest dependency chain from a varying input; −1 if there is none. Reciprocals
     // and reciprocal square roots count as 6 operations, all others as 1.
     int depth[Tape::capacity]{};
-    bool is_inner[Tape::capacity]{};  // true for a product whose only use is as a factor of another product
+    // True for a product that depends on varying inputs and whose only use is as a factor of another product.
+    bool is_inner[Tape::capacity]{};
     for (int i = 0; i < t.size; ++i) {
         const Node& n = t.nodes[i];
         if (is_leaf(n.op)) {
@@ -201,7 +203,7 @@ constexpr Tape order_products(const Tape& t, std::array<int, Outputs>& outputs, 
     return ordered;
 }
 
-/// Replaces a·b + c, a·b − c and c − a·b by fused operations wherever the product has no other use.
+/// Replaces a·b + c, a·b − c and c − a·b by fused operations, unless the product is uniform or has another use.
 constexpr void fuse(Tape& t, const Uses& uses) {
     for (int i = 0; i < t.size; ++i) {
         Node& n = t.nodes[i];
@@ -223,7 +225,7 @@ constexpr void fuse(Tape& t, const Uses& uses) {
 /// Returns the program that computes the nodes `outputs`. Its arrays have `Tape::capacity` elements, more than needed.
 template <int Outputs>
 constexpr Program<Tape::capacity, Outputs> extract_untrimmed(const Tape& recorded, std::array<int, Outputs> outputs,
-                                                       Varying varying = {}) {
+                                                             VaryingInputs varying = {}) {
     Tape t = share_scaled_factors<Outputs>(recorded, outputs);
     const bool sharing_complete = !t.full;
     t = order_products<Outputs>(t, outputs, varying);
@@ -245,10 +247,10 @@ constexpr Program<Tape::capacity, Outputs> extract_untrimmed(const Tape& recorde
 
 }  // namespace detail
 
-/// Returns the program that computes the nodes `outputs` of `recording.tape`, with arrays of the required size. A loop
-/// may call the program and change only the `varying` inputs. The compiler can then move the operations that do not
+/// Returns the program that computes the nodes `outputs` of `recording.tape`, with arrays of the required size. If a
+/// loop evaluates the program and changes only the `varying` inputs, the compiler can move the operations that do not
 /// depend on these inputs out of the loop.
-template <const auto& recording, auto outputs, Varying varying = Varying{}>
+template <const auto& recording, auto outputs, VaryingInputs varying = VaryingInputs{}>
 consteval auto extract() {
     constexpr auto untrimmed =
         detail::extract_untrimmed<static_cast<int>(outputs.size())>(recording.tape, outputs, varying);

@@ -1,8 +1,8 @@
 /// Forward-mode automatic differentiation with dual numbers: a value and its derivatives with respect to N variables
 /// (the type `autodiff` of Satoh 2003, but for any number type).
 ///
-/// Dual numbers nest: `Dual<Dual<double, N>, N>` has second derivatives. They are used where derivatives are needed
-/// only once per ray or per scene, and in tests of the tape.
+/// Dual numbers nest: `Dual<Dual<double, N>, N>` has second derivatives. Dual numbers are used for derivatives that are
+/// rarely needed, such as those at ray starts and in rounding bounds, and in tests of the tape.
 #pragma once
 
 #include "kernels/simd/lanes.h"  // must come before operation.h, which calls its functions
@@ -22,7 +22,7 @@ struct Dual {
     constexpr Dual() = default;
     constexpr Dual(double x) : value(x) {}
     constexpr explicit Dual(const T& x) requires(!std::is_same_v<T, double>) : value(x) {}
-    /// Returns the variable with index k and the value x. Its derivative with respect to itself is 1; the others are 0.
+    /// Returns the k-th of the N variables, with the value x. Its derivative k is 1; the other derivatives are 0.
     static constexpr Dual variable(const T& x, int k) {
         Dual d;
         d.value = x;
@@ -108,8 +108,8 @@ private:
     /// Returns F(a) by the chain rule, where y is F(a.value).
     template <class F>
     static constexpr Dual chained(const T& y, const Dual& a) { return chain(y, F::derivative(a.value, y), a); }
-    /// Returns g(a, b) for a function g, by the chain rule. f is the value of g; `da` and `db` are its partial
-    /// derivatives with respect to a and b.
+    /// Returns g(a, b) for a function g, by the chain rule. `f` is g(a.value, b.value); `da` and `db` are the partial
+    /// derivatives of g with respect to a and b.
     static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
         Dual d;
         d.value = f;

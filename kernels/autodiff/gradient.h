@@ -13,8 +13,8 @@ namespace kagero {
 namespace detail {
 
 /// Implements `propagate_adjoint` for nodes whose operation is in KAGERO_FUNCTIONS (operation_table.h). Functions
-/// without a derivative, such as `at_least`, contribute nothing. The order of the calls below must not be changed,
-/// because it determines the order of the recorded nodes.
+/// without a derivative, such as `at_least`, contribute nothing. The order of the calls of `accumulate` must not be
+/// changed, because it determines the order of the recorded nodes.
 template <Op op, class Accumulate>
 constexpr void propagate_through_function(Tape& t, int i, int d, const Accumulate& accumulate) {
     using F = Operation<op>;
@@ -103,8 +103,8 @@ constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& le
     }
 }
 
-/// Records the product of the nodes g and h and returns its node. If h is a sum, and one of its terms has the factor
-/// 1/g, each term of the sum is multiplied by g, so that g·(1/g) cancels.
+/// Records the product of the nodes g and h and returns its node. If h has the factor 1/g, this factor is omitted
+/// instead. If h is a sum with such a term, each term of the sum is multiplied by g.
 constexpr int multiply_through(Tape& t, int g, int h) {
     const int reciprocal = t.recip(g);
     // Returns true if node i has the factor 1/g.

@@ -10,7 +10,8 @@ namespace kagero {
 /// The arrays of a program (see `Program`).
 struct ProgramView {
     const Node* nodes;
-    const int* slots;  ///< For each uniform node, its index in the table of uniforms; may be null without parameters.
+    /// For each uniform node, its index in the table of uniforms. May be null if the program has no parameters.
+    const int* slots;
     const int* outputs;
     int size;
 };
@@ -29,7 +30,8 @@ struct NodeValues {
     V* data() { return reinterpret_cast<V*>(memory); }
 };
 
-/// Evaluates a program and writes the value of each node i to value[i]. V must be constructible from S.
+/// Evaluates a program and writes the value of each node i to value[i]. Only the values of parameters are read from the
+/// table of uniforms; the other uniform nodes are evaluated again. V must be constructible from S.
 template <class V, class S>
 void evaluate(const ProgramWithUniforms<S>& code, const V* inputs, V* value) {
     const V zero(S(0));
@@ -44,13 +46,13 @@ void evaluate(const ProgramWithUniforms<S>& code, const V* inputs, V* value) {
     }
 }
 
-/// Computes the outputs of a program for the inputs `point`, and their derivatives with respect to the first
-/// `entries` / `outputs` inputs. The derivatives are a matrix with one row per output. For every three of these inputs,
-/// the program is evaluated once with dual numbers that have three derivatives.
+/// Computes the outputs of a program for the inputs `point`, and their derivatives with respect to the first n inputs.
+/// `derivatives` is a matrix of `outputs` rows and n columns, stored row by row; n is `entries` / `outputs`. The
+/// program is evaluated n/3 times, each time with dual numbers that have three derivatives.
 template <class V, class S, int inputs, int outputs, int entries>
 void differentiate(const ProgramWithUniforms<S>& code, const V (&point)[inputs], V (&values)[outputs],
                    V (&derivatives)[entries]) {
-    constexpr int variables = entries / outputs, per_evaluation = 3;
+    constexpr int variables = entries / outputs, per_evaluation = 3;  // `variables` is n
     static_assert(variables * outputs == entries && variables <= inputs && variables % per_evaluation == 0);
     using DualNumber = Dual<V, per_evaluation>;
     NodeValues<DualNumber> memory;

@@ -6,15 +6,15 @@
 namespace kagero {
 
 /// Returns the number of floating-point operations of one operation of operation_table.h.
-constexpr double operations_of(Op op) { return info_of(op).flops; }
+constexpr double flops_of(Op op) { return info_of(op).flops; }
 
 /// Returns the number of floating-point operations of one evaluation of a program. Uniform nodes are not counted,
 /// because they are evaluated once per job.
 template <int Size, int Outputs>
-constexpr double operations_of(const Program<Size, Outputs>& program) {
+constexpr double flops_of(const Program<Size, Outputs>& program) {
     double sum = 0;
     for (int k = 0; k < program.size; ++k)
-        if (!program.nodes[k].uniform) sum += operations_of(program.nodes[k].op);
+        if (!program.nodes[k].uniform) sum += flops_of(program.nodes[k].op);
     return sum;
 }
 
@@ -24,7 +24,7 @@ struct ProgramOperations {
     double force;            ///< ∂K/∂q
     double velocity;         ///< ∂K/∂p
     double event_functions;  ///< the functions of struct EventFunctions
-    /// ∂V/∂u, where V(u) is the potential of the motion in the orbit plane and u = 1/r; 0 if H declares no V.
+    /// ∂V/∂u, where V(u) is the potential of the motion in the orbit plane, and u = 1/r; 0 if H declares no potential.
     double potential_slope = 0;
 };
 

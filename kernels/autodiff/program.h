@@ -11,7 +11,7 @@ namespace kagero {
 
 namespace detail {
 
-/// Returns the result of the operation F, a struct of operation_table.h, for its first 1, 2 or 3 operands a, b, c.
+/// Returns the result of the operation F, a struct of operation_table.h. F uses the first F::operands of a, b and c.
 template <class F, class V>
 KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& b, [[maybe_unused]] const V& c) {
     if constexpr (F::operands == 1) return F::value(a);
@@ -22,7 +22,7 @@ KAGERO_INLINE V value_at([[maybe_unused]] const V& a, [[maybe_unused]] const V& 
 template <class F, class V>
 __attribute__((noinline)) V value_by_call(const V& a, const V& b) { return value_at<F>(a, b, b); }
 
-/// Returns op(a, b, c). If `call` is true, functions with `is_library` (operation_table.h) are called, not inlined.
+/// Returns op(a, b, c). If `call` is true, an operation with the flag `is_library` (operation_table.h) is not inlined.
 template <Op op, bool call, class V>
 KAGERO_INLINE V apply(const V& a, const V& b, const V& c) {
     using F = Operation<op>;
@@ -57,16 +57,16 @@ V apply_at_run_time(Op op, const V& a, const V& b, const V& c) {
     }
 }
 
-/// Returns true if program P calls the operation instead of inlining it.
+/// Returns true if program P calls a function for the operation instead of inlining it.
 template <const auto& P>
 constexpr bool calls(Op op) {
-    constexpr bool calls_circular = P.calls_circular();
-    return calls_circular && (op == Op::sin || op == Op::cos);
+    constexpr bool calls_sin_cos = P.calls_sin_cos();
+    return calls_sin_cos && (op == Op::sin || op == Op::cos);
 }
 
-/// Evaluates node i of a program and stores its value in s[i]. s contains the values of the earlier nodes. The index,
-/// operands and slot of the node are function arguments, which become constants after inlining. If they were template
-/// arguments, long programs would take a third longer to compile.
+/// Evaluates node i of a program and stores its value in s[i]. s contains the values of the earlier nodes. `call` has
+/// the same meaning as in `apply`. The index, operands and slot of the node are function arguments, which become
+/// constants after inlining. If they were template arguments, long programs would take a third longer to compile.
 template <Op op, bool uniform, bool call, class V, class S>
 KAGERO_INLINE void evaluate(V* s, int i, const Node& n, int slot, const S* uniforms, const V* inputs) {
     if constexpr (op == Op::input) s[i] = inputs[n.a];

@@ -70,8 +70,8 @@ KAGERO_FUNCTIONS(KAGERO_OPERATION)
 
 constexpr Recorded operator>=(const Recorded& a, const Recorded& b) { return at_least(a, b); }
 
-/// Records an operation of a formula and returns its node. a and b are nodes; b is ignored if the operation has one
-/// operand.
+/// Records an operation of a formula and returns its node; −1 for leaves and fused operations. a and b are nodes; b is
+/// ignored if the operation has one operand.
 constexpr int record(Tape& t, Op op, int a, int b) {
     const Recorded x(&t, a), y(&t, b);
     const auto arithmetic = [&]<Op static_op>() -> Recorded {

@@ -21,7 +21,7 @@ public:
     }
 
     /// Records the sum at node `sum` with its perfect squares factored, and returns the new node. Returns `sum` if it
-    /// has no perfect square, or if its expanded form exceeds one of the limits `max_…` below.
+    /// has no perfect square, or if its expanded form exceeds `max_bases`, `max_terms`, `max_power` or `max_depth`.
     constexpr int with_squares(int sum) {
         terms_ = expand(sum);
         collect();
@@ -60,7 +60,7 @@ private:
         if (to.count == max_terms) failed_ = true;
         else to.term[to.count++] = term;
     }
-    /// Returns the term node^(halves/2), and adds the node to the bases.
+    /// Returns the sum of the single term node^(halves/2), and adds the node to the bases.
     constexpr Terms power_of(int node, int halves) {
         int b = 0;
         while (b < bases_count_ && bases_[b] != node) ++b;
@@ -135,7 +135,7 @@ private:
     static constexpr bool same_powers(const Term& a, const Term& b) {
         return std::equal(a.power, a.power + max_bases, b.power);
     }
-    /// Combines the terms that have the same powers: adds their coefficients.
+    /// Combines the terms of `terms_` that have the same powers: adds their coefficients.
     constexpr void collect() {
         Terms collected;
         for (int i = 0; i < terms_.count; ++i) {

@@ -1,9 +1,9 @@
 /// Reverse-mode automatic differentiation at compile time.
 ///
-/// A Hamiltonian is a generic function. A call in a constant expression with `Recorded` numbers (recorded.h) records a
-/// tape: a list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is recorded onto
-/// the same tape, so that value and derivatives share common subexpressions. Expressions are simplified while they are
-/// recorded. `program.h` evaluates programs that are extracted from the tape.
+/// A Hamiltonian is a generic function. If it is called with `Recorded` numbers (recorded.h) in a constant expression,
+/// it records a tape: a list of operations whose operands are compile-time indices. The reverse sweep (gradient.h) is
+/// recorded onto the same tape, so that value and derivatives share common subexpressions. Expressions are simplified
+/// while they are recorded. `program.h` evaluates programs that are extracted from the tape.
 ///
 /// Nodes that depend only on parameters and constants are `uniform`: they are evaluated once per job, not once per ray.
 #pragma once
@@ -20,7 +20,7 @@ struct Node {
     int a = -1, b = -1, c = -1;  ///< Indices of the operands; −1: absent. In leaves, a is the index of the parameter or
                                  ///< input.
     double value = 0;            ///< Value of a constant.
-    bool uniform = true;  ///< True if the node depends only on parameters and constants.
+    bool uniform = true;         ///< True if the node depends only on parameters and constants.
 };
 
 /// Returns op(a, b) at run time. It is defined in program.h.
@@ -32,7 +32,7 @@ public:
     static constexpr int capacity = 768;
     Node nodes[capacity]{};
     int size = 0;
-    bool full = false;  ///< The capacity was exceeded; nodes that were recorded afterwards are invalid.
+    bool full = false;  ///< True if the capacity was exceeded. Nodes that were recorded afterwards are invalid.
 
     constexpr int constant(double x) { return append({Op::constant, -1, -1, -1, x, true}); }
     constexpr int parameter(int i) { return append({Op::parameter, i, -1, -1, 0, true}); }
@@ -105,7 +105,8 @@ public:
             return constant(value_of(op, nodes[a].value, 0));
         return append({op, a, -1, -1, 0, uniform(a)});
     }
-    /// Records a function of two operands. At run time, a function of constants is evaluated, except for `at_least`.
+    /// Records a function of two operands. At run time, a function of constants is evaluated, except for `at_least`,
+    /// which remains a uniform node.
     constexpr int binary(Op op, int a, int b) {
         if (!std::is_constant_evaluated() && op != Op::at_least && both_constant(a, b))
             return constant(value_of(op, nodes[a].value, nodes[b].value));

@@ -6,7 +6,8 @@ namespace kagero {
 
 namespace {
 
-/// Returns the kernel of the Hamiltonian with the given index, or nullptr if it is not a compared Hamiltonian.
+/// Returns the kernel of the Hamiltonian with the index `hamiltonian`, or nullptr if it is not a compared Hamiltonian.
+/// `rescaled` selects the kernel with time rescaling.
 template <class Vectorization>
 const SpaceKernel<typename Vectorization::Value>* find_kernel(std::uint32_t hamiltonian, bool rescaled) {
     using Kernel = SpaceKernel<typename Vectorization::Value>;

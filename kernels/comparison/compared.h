@@ -14,7 +14,7 @@
 
 namespace kagero {
 
-/// Traces one ray at a time. The lanes hold the components of the gradient of H.
+/// Traces one ray at a time. The lanes hold the components of the gradient of K.
 struct PerRayGradient {
     using Value = double;
     static constexpr Strategy strategy = Strategy::per_ray;
@@ -40,11 +40,11 @@ template <class S, int count>
 struct PacketOfRegisters {
     using Value = Lanes<S, count>;
     static constexpr Strategy strategy = Strategy::packet;
-    static constexpr Form form = Form::none;  // the packet strategy without a gang
+    static constexpr Form form = Form::none;  // the packet strategy itself, without its form `gang`
     static constexpr int registers = count;
 };
-/// Packets have 1, 2 or 4 registers per variable. One of these numbers is the default (packets.h), and the two others
-/// are its alternatives.
+/// Packets have 1, 2 or 4 registers per variable. One of these numbers is the default (packets.h). `SmallerAlternative`
+/// has the smaller of the two other numbers, and `LargerAlternative` the larger one.
 template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
 using SmallerAlternative = PacketOfRegisters<S, default_registers == 1 ? 2 : 1>;
 template <class Packet, class S = ScalarOf<Packet>, int default_registers = ValueTraits<Packet>::registers>
@@ -73,12 +73,12 @@ inline constexpr bool is_compared = false;
 template <class Vectorization, class H>
 const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled);
 
-/// Traces a tile of rays; implements KernelInfo::trace.
+/// Traces a tile of rays with the kernel of this vectorization. Implements KernelInfo::trace.
 template <class Vectorization>
 void trace_compared(const Job*, const Tile*, RayEnd*, Counters*);
 /// Returns nullptr if the kernel of this vectorization supports the space and the method, else the reason why not.
-/// `integrator` is the index of the method. `straight` is true if all rays of the space are straight, so that no method
-/// is needed. Implements KernelInfo::refusal.
+/// `hamiltonian` is an index in Module::hamiltonians, and `integrator` is one in Module::integrators. `straight` is
+/// true if all rays of the space are straight, so that no method is needed. Implements KernelInfo::refusal.
 template <class Vectorization>
 const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
 

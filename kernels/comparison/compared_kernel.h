@@ -50,8 +50,8 @@ struct SteppersForStages {
         else return Selected<void>{};
     }
 };
-/// The selection for a kernel without time rescaling if H declares a rescaling. Only the orbit stepper is selected,
-/// which never uses the rescaling. All other steppers are compiled only for the kernel with time rescaling.
+/// Selects only the orbit stepper, which refuses time rescaling. If H declares Ω, this is the selection for the kernel
+/// without time rescaling. All other steppers are compiled only for the kernel with time rescaling.
 struct SteppersWithoutRescaling {
     template <StepperKind kind>
     constexpr auto operator()() const {
@@ -59,8 +59,8 @@ struct SteppersWithoutRescaling {
         else return Selected<void>{};
     }
 };
-/// Selects the steppers that may be the cheapest. The recipe as printed and the exact splitting are never the cheapest.
-/// The orbit stepper is selected by `SteppersWithoutRescaling`.
+/// Selects the steppers that may be the cheapest for a space. The recipe as printed and the exact splitting are never
+/// the cheapest. The orbit stepper is not selected, because it refuses time rescaling (see SteppersWithoutRescaling).
 struct CompetitiveSteppers {
     template <StepperKind kind>
     constexpr auto operator()() const {

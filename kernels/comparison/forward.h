@@ -2,8 +2,8 @@
 /// Each node of a program has a value and a tangent: a vector of its derivatives with respect to some of the inputs,
 /// called the varying inputs.
 ///
-/// Forward-mode and reverse-mode differentiation are applied to the same simplified program of H. The set of nodes that
-/// depend on the varying inputs is computed at compile time, so that the tangents of all other nodes cost nothing.
+/// Forward-mode and reverse-mode differentiation are applied to the same simplified operations of K. The set of nodes
+/// that depend on the varying inputs is computed at compile time, so that the tangents of all other nodes cost nothing.
 #pragma once
 
 #include "kernels/autodiff/program.h"
@@ -51,7 +51,8 @@ KAGERO_INLINE L unit_tangent() {
 }
 
 /// Returns da·ta + db·tb, the tangent of an operation with the partial derivatives da and db, whose operands have the
-/// tangents ta and tb. A and B are true if operand a, or b, has a tangent; the term of an operand without is omitted.
+/// tangents ta and tb. A and B are true if operand a, or b, has a tangent. The term of an operand without a tangent is
+/// omitted. At least one of A and B is true.
 template <bool A, bool B, class S, class L>
 KAGERO_INLINE L combined(S da, const L& ta, S db, const L& tb) {
     if constexpr (A && B) return fma(L(db), tb, L(da) * ta);

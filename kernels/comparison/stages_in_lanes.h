@@ -81,14 +81,15 @@ KAGERO_INLINE ScalarOf<L> greatest_lane(const L& l) {
 
 }  // namespace detail
 
-/// Stepper of Gauss methods with stages in the lanes. `fixed` is the number of stages; if `fixed` is 0, the number is
-/// read from the coefficients.
-template <int fixed>
+/// Stepper of Gauss methods with stages in the lanes. `fixed_stages` is the number of stages, a compile-time constant.
+/// If it is 0, the number of stages is read from the coefficients.
+template <int fixed_stages>
 struct StagesInLanes {
     static constexpr bool stages_inside = true;  // no stage lies at an end of the step
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
 
+    /// Sets the gradients at all stages to the gradient at the start, as the initial guess of the first step.
     template <class System, class S, int N>
     static void begin(const System& system, StepperState<S, N>& step, const Coefficients&) {
         PhaseGradient<S> g;
@@ -100,8 +101,9 @@ struct StagesInLanes {
     template <class System, class S, int N>
     static void step(const System& system, StepperState<S, N>& step, const Coefficients& coefficients) {
         constexpr int width = Lanes<S, 1>::width;
-        if constexpr (fixed > 0 || width >= max_stages) {
-            step_with_registers<detail::registers_for<S, fixed ? fixed : max_stages>>(system, step, coefficients);
+        if constexpr (fixed_stages > 0 || width >= max_stages) {
+            constexpr int most_stages = fixed_stages ? fixed_stages : max_stages;
+            step_with_registers<detail::registers_for<S, most_stages>>(system, step, coefficients);
         } else {
             const int s = stages(coefficients);
             if (s <= width) return step_with_registers<1>(system, step, coefficients);
@@ -121,7 +123,9 @@ struct StagesInLanes {
     }
 
 private:
-    static constexpr int stages(const Coefficients& coefficients) { return fixed ? fixed : coefficients.gauss->stages; }
+    static constexpr int stages(const Coefficients& coefficients) {
+        return fixed_stages ? fixed_stages : coefficients.gauss->stages;
+    }
     /// Returns StepperState::stage as an array of numbers: element max_stages·k + i is component k of the gradient at
     /// stage i.
     template <class AnyState>
@@ -142,7 +146,7 @@ private:
         for (int j = 1; j < s; ++j) total = fma(detail::load<L>(columns[j]), L(g[j]), total);
         return total;
     }
-    /// Writes the states at all stages to y.
+    /// Writes the states at all s stages to y, one stage per lane. g contains the gradients at the stages.
     template <class L, class S, int N>
     KAGERO_INLINE static void stage_states(const StepperState<S, N>& step, const S* g, const StageColumns<S>& columns,
                                            int s, State<L>& y) {
@@ -203,13 +207,13 @@ private:
 
     /// Computes the state and the carried quantities at the end of the step, as `Gauss::finish` does.
     template <class L, class System, class S, int N>
-    KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& step, const GaussNumbers<S>& w,
+    KAGERO_INLINE static void finish(const System& system, StepperState<S, N>& step, const GaussNumbers<S>& numbers,
                                      const StageColumns<S>& columns, int s, const S* g) {
         step.end.pt() = step.start.pt();
         for (int k = 0; k < phase_size; ++k) {
             const S* stage_gradients = row(g, conjugate(k));
-            S total = w.b[0] * stage_gradients[0];
-            for (int j = 1; j < s; ++j) total = fma(w.b[j], stage_gradients[j], total);
+            S total = numbers.b[0] * stage_gradients[0];
+            for (int j = 1; j < s; ++j) total = fma(numbers.b[j], stage_gradients[j], total);
             const S rounding_error = step.start.stepper_memory[k];
             const S change = k < space_size ? fma(step.h, total, rounding_error) : fnma(step.h, total, rounding_error);
             step.end.y[k] = step.start.y[k] + change;
@@ -220,7 +224,7 @@ private:
             State<L> y;
             stage_states(step, g, columns, s, y);
             auto carried = CarriedSums<S, N>::for_stages();
-            carried.add_lanes(system, w.b, s, y);
+            carried.add_lanes(system, numbers.b, s, y);
             carried.finish_stages(system, step);
         }
         detail::for_each_component([&](int k) __attribute__((always_inline)) {

@@ -12,7 +12,8 @@ template <class V>
 using Call = void (*)(const void* system, const State<V>& s, V* out);
 
 /// The functions of a system for one value type; a pointer is null if no stepper uses the function. Newton's method for
-/// half steps uses the first three functions, and steppers use the others.
+/// the implicit half steps of Satoh (2003), eq. (9), uses the first three functions. Steppers use all functions except
+/// `mixed`.
 template <class V>
 struct Calls {
     Call<V> force, velocity;        ///< ∂K/∂q and ∂K/∂p (3 numbers each).
@@ -29,7 +30,7 @@ struct RayCalls {
 };
 
 /// Returns true if steppers use the system as a called system: if its programs are long, or if its use of time
-/// rescaling differs from the default of its Hamiltonian. A system without the member `called` is not one.
+/// rescaling differs from the default of its Hamiltonian. A system without the member `called` is not called.
 template <class System>
 constexpr bool is_called() {
     if constexpr (requires { System::called; }) return System::called;
@@ -42,9 +43,10 @@ class CalledSystem {
     using S = ScalarOf<V>;
 
 public:
+    /// Assumed, because the programs behind the pointers are unknown at compile time.
     static constexpr bool force_needs_p = true, velocity_needs_q = true;
     static constexpr int carried = N;
-    bool rescaled;  ///< K includes the time rescaling factor
+    bool rescaled;  ///< True if K = Ω·(H − H0), false if K = H − H0.
 
     CalledSystem(const void* system, const Calls<V>& calls, const RayCalls<S>& ray, bool is_rescaled)
         : rescaled(is_rescaled), system_(system), calls_(calls), ray_(ray) {}

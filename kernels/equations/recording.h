@@ -70,12 +70,11 @@ constexpr auto make_parameters(const S* values) {
     }(std::make_index_sequence<H::parameters.size()>{});
 }
 
-/// Node numbers on a tape: of the inputs of H, of the gradient of K by position and momentum, and of a vector.
-using StateNodes = std::array<int, state_size>;
-using GradientNodes = std::array<int, phase_size>;
-using VectorNodes = std::array<int, space_size>;
+using StateNodes = std::array<int, state_size>;     ///< Numbers of the nodes of a state on a tape: the inputs of H.
+using GradientNodes = std::array<int, phase_size>;  ///< Numbers of the nodes of ∂K/∂(q, p) on a tape.
+using VectorNodes = std::array<int, space_size>;    ///< Numbers of the nodes of a vector on a tape.
 
-/// Returns the first three nodes (x y z) or the second three (px py pz) as a vector of recorded numbers.
+/// Return the first three nodes (x y z) or the second three (px py pz) as a vector of recorded numbers.
 template <std::size_t n>
 constexpr Vec3<Recorded> recorded_first_three(Tape& t, const std::array<int, n>& nodes) {
     return {{&t, nodes[component_x]}, {&t, nodes[component_y]}, {&t, nodes[component_z]}};
@@ -106,24 +105,24 @@ struct Leaves {
 
 /// Records H − H0 and returns its node.
 template <class H>
-constexpr int record_energy(Tape& t, const Leaves<H>& leaves) {
+constexpr int record_energy_residual(Tape& t, const Leaves<H>& leaves) {
     return t.sub(H::energy(leaves.parameters(), leaves.q, leaves.p, leaves.pt(t)).node_on(t), t.constant(H::level));
 }
 
 /// The leaves of a tape, with the nodes of H − H0 and Ω.
 template <class H>
 struct Recording : Leaves<H> {
-    int energy = -1;   ///< Node of H − H0.
-    int rescale = -1;  ///< Node of Ω, or of the constant 1 if H declares no Ω.
+    int energy_residual = -1;  ///< Node of H − H0.
+    int rescale = -1;          ///< Node of Ω, or of the constant 1 if H declares no Ω.
 
     constexpr explicit Recording(Tape& t) : Leaves<H>(t) {
-        energy = collect_squares(t, record_energy<H>(t, *this));
+        energy_residual = collect_squares(t, record_energy_residual<H>(t, *this));
         if constexpr (Rescalable<H>) rescale = H::rescale(this->parameters(), this->q).node_on(t);
         else rescale = t.constant(1);
     }
     /// Returns the node of K.
     constexpr int hamiltonian(Tape& t, bool rescaled) const {
-        return rescaled ? multiply_through(t, rescale, energy) : energy;
+        return rescaled ? multiply_through(t, rescale, energy_residual) : energy_residual;
     }
 };
 
@@ -146,8 +145,9 @@ enum EventFunctionIndex {
     event_function_count
 };
 
-/// Records the event functions and returns their nodes. `hamiltonian` is the node of K, `rescaling` is that of Ω. The
-/// optional functions are the constant 1 until `record_declared_event_functions` replaces them.
+/// Records the event functions and returns their nodes. `hamiltonian` is the node of K; `rescaling` is the node of Ω,
+/// or of the constant 1 without time rescaling. The optional functions are the constant 1 until
+/// `record_declared_event_functions` replaces them.
 constexpr std::array<int, event_function_count> record_event_functions(Tape& t, const StateNodes& input,
                                                                        int hamiltonian, int rescaling, double level,
                                                                        const GradientNodes& gradient) {
@@ -187,7 +187,7 @@ constexpr GradientNodes record_derivatives(Tape& t, int hamiltonian, const State
 
 /// The inputs that vary while the implicit half steps of Satoh (2003), eq. (9), are solved: the momentum in a kick, and
 /// the position in a drift.
-inline constexpr Varying kick_varies{component_px, phase_size}, drift_varies{component_x, space_size};
+inline constexpr VaryingInputs kick_varies{component_px, phase_size}, drift_varies{component_x, space_size};
 
 /// The tape from which all programs of a Hamiltonian are extracted, with the nodes of their outputs. It is recorded at
 /// compile time.
@@ -195,7 +195,7 @@ template <class H, bool Rescaled>
 struct HamiltonianTape {
     Tape tape{};
     GradientNodes gradient{};                    ///< ∂K/∂(x y z px py pz).
-    std::array<int, 1> energy{};                 ///< H − H0; not set if `Rescaled` is true.
+    std::array<int, 1> energy_residual{};        ///< H − H0; not set if `Rescaled` is true.
     std::array<int, 1> time_rescaling_factor{};  ///< Ω.
     std::array<int, event_function_count> event_functions{};
 
@@ -207,7 +207,7 @@ struct HamiltonianTape {
         time_rescaling_factor = {recording.rescale};
         const int rescaling = Rescaled ? recording.rescale : t.constant(1);
         event_functions = record_event_functions(t, recording.input, hamiltonian, rescaling, H::level, gradient);
-        if constexpr (!Rescaled) energy = {recording.energy};
+        if constexpr (!Rescaled) energy_residual = {recording.energy_residual};
         record_declared_event_functions<H>(t, recording, gradient, event_functions);
     }
     /// Returns the nodes of ∂K/∂q if `first` is component_x, or of ∂K/∂p if `first` is component_px.
@@ -229,7 +229,8 @@ template <class H, bool Rescaled>
 inline constexpr auto velocity_program =
     extract<hamiltonian_tape<H, Rescaled>, hamiltonian_tape<H, Rescaled>.gradient_by(component_px), drift_varies>();
 template <class H>
-inline constexpr auto energy_program = extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.energy>();
+inline constexpr auto energy_residual_program =
+    extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.energy_residual>();
 template <class H>
 inline constexpr auto rescale_program =
     extract<hamiltonian_tape<H, false>, hamiltonian_tape<H, false>.time_rescaling_factor>();
@@ -251,8 +252,8 @@ struct Part {
     }
 };
 
-/// True if Newton's method solves every implicit step, as in the recipe as printed. Otherwise Newton's method solves
-/// only the steps for which fixed-point iteration does not converge.
+/// True if Newton's method solves every implicit step: for the parts H_A and H_B, which only the recipe as printed
+/// uses. For other Hamiltonians, Newton's method solves only steps for which fixed-point iteration does not converge.
 template <class H>
 inline constexpr bool solved_only_by_newton = false;
 template <class H, bool is_b>

@@ -23,6 +23,7 @@ using PhaseGradient = V[phase_size];
 /// The second derivatives ∂²K/∂(q, p)², row by row.
 template <class V>
 using Hessian = V[phase_size * phase_size];
+/// Returns the index of the second derivative with respect to components `row` and `column` in a `Hessian`.
 constexpr int hessian_index(int row, int column) { return phase_size * row + column; }
 
 /// Returns the part ∂K/∂q of a gradient; dp/dτ is the negative of this vector.

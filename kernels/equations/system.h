@@ -18,14 +18,14 @@ namespace kagero {
 /// The functions that are evaluated at the end of every step, to detect events and to measure the energy error.
 template <class V>
 struct EventFunctions {
-    Vec3<V> velocity;   ///< ∂K/∂p.
-    V energy_residual;  ///< K, which is 0 on an exact ray.
-    V energy_scale;     ///< |p·∂K/∂p| + |Ω H0|, the denominator of the energy error.
+    Vec3<V> velocity;        ///< ∂K/∂p.
+    V energy_residual;       ///< K, which is 0 on an exact ray.
+    V energy_scale;          ///< |p·∂K/∂p| + |Ω H0|, the denominator of the energy error.
     V squared_energy_terms;  ///< |p|²|∂K/∂p|² + (Ω H0)², a squared energy scale that is positive for every ray.
-    V domain;           ///< ≤ 0 outside the domain of the medium.
-    V captured;         ///< ≤ 0 where the ray is captured.
-    V switching;        ///< Changes sign at a discontinuity of H or its derivatives.
-    V max_step_length;  ///< Step bound at this position.
+    V domain;                ///< ≤ 0 outside the domain of the medium.
+    V captured;              ///< ≤ 0 where the ray is captured.
+    V switching;             ///< Changes sign at a discontinuity of H or its derivatives.
+    V max_step_length;       ///< Step bound at this position.
 };
 
 /// Returns the event functions from the outputs of their program.
@@ -62,13 +62,13 @@ struct Uniforms {
     explicit Uniforms(const double* parameters) {
         using Wide = decltype(S() + 1.0);
         Wide wide[P.uniforms + 1] = {}, k[parameter_capacity] = {};
-        for (int i = 0; i < P.parameters(); ++i) k[i] = Wide(parameters[i]);
+        for (int i = 0; i < P.parameter_count(); ++i) k[i] = Wide(parameters[i]);
         fill_uniforms(P.nodes, P.slot, P.size, k, wide);
         for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
     }
 
 private:
-    static constexpr int parameter_capacity = P.parameters() + 1;
+    static constexpr int parameter_capacity = P.parameter_count() + 1;
 };
 
 /// Returns the number of carried quantities of a system. A system that carries more than λ declares
@@ -81,7 +81,8 @@ constexpr int carried_in() {
     if constexpr (requires { System::carried; }) return System::carried;
     else return 1;
 }
-/// Returns nullptr if the system carries only λ, else the reason why a stepper without rates cannot support it.
+/// Returns nullptr if the system carries only λ, else the reason why a stepper that integrates no rates of carried
+/// quantities cannot support the system.
 template <class System>
 constexpr const char* refusal_to_carry() {
     if (carried_in<System>() == 1) return nullptr;
@@ -100,8 +101,7 @@ public:
     /// True if ∂K/∂p depends on q; otherwise the drift of the adjoint of eq. (9) is explicit.
     static constexpr bool velocity_needs_q = velocity_.uses_any_input(component_x, component_px);
     static constexpr bool separable = is_separable(force_, velocity_);
-    /// The cyclic coordinates: K does not depend on them, so that their momenta are constant along a ray. An example is
-    /// a horizontal coordinate of a stratified medium.
+    /// The cyclic coordinates: K does not depend on them, so that their momenta are constant along a ray.
     static constexpr Axes cyclic = [] {
         const auto is_cyclic = [](int k) {
             return force_.returns_zero(k) && !rescale_program<H>.uses_any_input(k, k + 1);
@@ -183,8 +183,8 @@ struct NoParts {
     explicit NoParts(const double*) {}
 };
 
-/// The Hamiltonian ½ (du/dφ)² + V(u) of the motion in the orbit plane, with u = q.x, du/dφ = p.x and g = 1/b² = p.y. V
-/// is thereby differentiated like any Hamiltonian.
+/// The Hamiltonian ½ (du/dφ)² + V(u) of the motion in the orbit plane, where u = 1/r, φ is the polar angle in the plane
+/// and b is the impact parameter. u = q.x, du/dφ = p.x, g = 1/b² = p.y. V is differentiated like any Hamiltonian.
 template <class H>
 struct OrbitPlane {
     static constexpr const auto& parameters = H::parameters;
@@ -196,19 +196,19 @@ struct OrbitPlane {
         return 0.5 * p.x * p.x + H::orbit_potential(k, q.x, p.y);
     }
 };
-/// Evaluates the potential V(u) of the motion in the orbit plane; g = 1/b², where b is the impact parameter.
+/// Evaluates the potential V(u) of the motion in the orbit plane, for a given g = 1/b².
 template <class H, class S>
 class OrbitSystem : public RightHandSides<OrbitPlane<H>, false, S> {
 public:
     explicit OrbitSystem(const double* parameters)
-        : RightHandSides<OrbitPlane<H>, false, S>(parameters), energy_uniforms_(parameters) {}
+        : RightHandSides<OrbitPlane<H>, false, S>(parameters), potential_uniforms_(parameters) {}
     /// Returns ∂V/∂u.
     template <class V>
     KAGERO_INLINE V slope(const V& u, const V& g) const { return this->gradient_q(at_rest(u, g)).x; }
     template <class V>
     KAGERO_INLINE V potential(const V& u, const V& g) const {
         V out[1];
-        run<energy_program<OrbitPlane<H>>>(energy_uniforms_.values, at_rest(u, g).y, out);
+        run<energy_residual_program<OrbitPlane<H>>>(potential_uniforms_.values, at_rest(u, g).y, out);
         return out[0];
     }
 
@@ -219,7 +219,7 @@ private:
         const V zero(S(0));
         return {{u, zero, zero, zero, g, zero, zero}};
     }
-    Uniforms<energy_program<OrbitPlane<H>>, S> energy_uniforms_;
+    Uniforms<energy_residual_program<OrbitPlane<H>>, S> potential_uniforms_;
 };
 /// Replaces `OrbitSystem` if H declares no orbit potential, or with time rescaling.
 struct NoOrbit {
@@ -237,7 +237,7 @@ class System : public RightHandSides<H, Rescaled, S> {
 public:
     using Hamiltonian = H;
     static constexpr bool rescaled = Rescaled;
-    /// True if steppers use this system as a called system (the reasons are stated at is_called).
+    /// True if steppers use this system as a called system (see is_called).
     static constexpr bool called = Rescaled != Rescalable<H> || derivatives_.length() > Base::max_inlined_length;
     /// True if H declares `domain`, `captured`, `switching_function` or `max_step_length`, respectively. The event
     /// function is the constant 1 otherwise.
@@ -245,15 +245,15 @@ public:
                           bounds_steps = BoundsSteps<H>;
 
     static constexpr ProgramOperations operations = [] {
-        ProgramOperations o{operations_of(derivatives_), operations_of(force_program<H, Rescaled>),
-                            operations_of(velocity_program<H, Rescaled>), operations_of(event_functions_)};
-        if constexpr (HasOrbitPlane<H>) o.potential_slope = operations_of(force_program<OrbitPlane<H>, false>);
+        ProgramOperations o{flops_of(derivatives_), flops_of(force_program<H, Rescaled>),
+                            flops_of(velocity_program<H, Rescaled>), flops_of(event_functions_)};
+        if constexpr (HasOrbitPlane<H>) o.potential_slope = flops_of(force_program<OrbitPlane<H>, false>);
         return o;
     }();
 
     explicit System(const double* parameters)
         : Base(parameters), parameters_(parameters), parts_(parameters), orbit_(parameters),
-          derivatives_uniforms_(parameters), energy_uniforms_(parameters), rescale_uniforms_(parameters),
+          derivatives_uniforms_(parameters), energy_residual_uniforms_(parameters), rescale_uniforms_(parameters),
           event_functions_uniforms_(parameters) {}
     static constexpr S level() { return S(H::level); }
     const auto& part_a() const requires Parted<H> { return parts_.a; }
@@ -289,18 +289,18 @@ public:
         return {{derivatives_.nodes, derivatives_.slot, derivatives_.outputs.data(), derivatives_.size},
                 derivatives_uniforms_.values};
     }
-    /// Returns the parameters of H, for functions of H that are not programs.
+    /// Returns the parameters of H.
     template <class V>
     KAGERO_INLINE auto parameters() const {
         V k[H::parameters.size() + 1];
         for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = V(parameters_.k[i]);
         return make_parameters<H>(k);
     }
-    /// Returns H − H0 without rescaling.
+    /// Returns H − H0, without the factor Ω.
     template <class V>
-    KAGERO_INLINE V energy(const State<V>& s) const {
+    KAGERO_INLINE V unscaled_energy_residual(const State<V>& s) const {
         V out[1];
-        run<energy_program<H>>(energy_uniforms_.values, s.y, out);
+        run<energy_residual_program<H>>(energy_residual_uniforms_.values, s.y, out);
         return out[0];
     }
     /// Returns the event functions at s.
@@ -342,7 +342,7 @@ private:
     [[no_unique_address]] typename decltype(parts<H>())::type parts_;
     [[no_unique_address]] typename decltype(orbit_plane<H>())::type orbit_;
     Uniforms<derivatives_program<H, Rescaled>, S> derivatives_uniforms_;
-    Uniforms<energy_program<H>, S> energy_uniforms_;
+    Uniforms<energy_residual_program<H>, S> energy_residual_uniforms_;
     Uniforms<rescale_program<H>, S> rescale_uniforms_;
     Uniforms<event_functions_program<H, Rescaled>, S> event_functions_uniforms_;
 };

@@ -1,8 +1,8 @@
 /// The detected events of a packet that have not been refined yet.
 ///
-/// Refinement of one event takes as long as refinement of all lanes: several steps of the packet. An event is therefore
-/// stored with its step until the packet has no active ray or is refilled. Then all events of the packet are refined
-/// together.
+/// Refinement takes several steps of the packet, whether one lane has an event or all lanes have one. An event is
+/// therefore stored with its step until the packet has no active ray or is refilled. Then all events of the packet are
+/// refined together.
 #pragma once
 
 #include "kernels/events/all_events.h"
@@ -19,7 +19,7 @@ struct DeferredEvents {
     Curve<V> curve;                  ///< Dense output of `step`; `refine` sets it if it is the cubic Hermite curve.
     std::uint64_t lanes = 0;         ///< Lanes with an event.
     LanesOfEvents<Events> lanes_of;  ///< The lanes of `lanes` by type of event.
-    LevelSet<V> level_set = LevelSet<V>::none();  ///< Level set of each lane's event; none() if it has a `value`.
+    LevelSet<V> level_set = LevelSet<V>::none();  ///< Level set of each event; none() for an event with a `value`.
     V lo = S(0), hi = S(0);                  ///< Bounds of the event's position, as fractions of the step.
     V event_fraction = S(0);                 ///< Fraction of the step at the event: estimated, then refined.
     std::uint32_t surface[W], primitive[W];  ///< Surfaces and primitives that lanes with a SurfaceHit have hit.

@@ -47,11 +47,12 @@ public:
         const V &a = step.start.switching, &end = step.end.switching;
         const MaskOf<V> starts_on_surface = abs(a) <= rounding, ends_off_surface = abs(end) > rounding;
         const std::uint64_t crossing = moving & to_bits((a * end < zero) & (abs(a) > rounding) & ends_off_surface);
-        const std::uint64_t same_side = moving & ~crossing & to_bits(ends_off_surface);
+        const std::uint64_t may_cross_twice = moving & ~crossing & to_bits(ends_off_surface);
         SplitSteps<V> found;
-        if (!(crossing | same_side)) return found;
+        if (!(crossing | may_cross_twice)) return found;
         const V middle = value_ahead(step, V(S(0.5)) * step.h), beyond = value_ahead(step, step.h);
-        // The parabola a + b·s + c·s² interpolates the three values; s is the fraction of the step.
+        // The parabola a + b·s + c·s² interpolates the three values; s is the fraction of the step. Its zeros are
+        // −2a / sum and −sum / 2c, which avoids cancellation.
         const V c = V(S(2)) * (a + beyond - V(S(2)) * middle), b = beyond - a - c;
         const V square = b * b - V(S(4)) * a * c, root = sqrt(max(square, zero)),
                 sum = b + select(b < zero, -root, root);
@@ -60,7 +61,7 @@ public:
         const V fraction = select((root_fraction > least) & (root_fraction < one), root_fraction, V(S(-0.5)) * sum / c);
         const MaskOf<V> has_zero = (square > zero) & (fraction > least) & (fraction < one);
         const MaskOf<V> crosses_and_returns = has_zero & (select(starts_on_surface, -b, a) * beyond > zero);
-        found.lanes = crossing | (same_side & first_tries & to_bits(crosses_and_returns));
+        found.lanes = crossing | (may_cross_twice & first_tries & to_bits(crosses_and_returns));
         found.length = fraction * step.h;
         if (crossing) {
             const V first_length = select(has_zero, fraction, a / (a - end)) * step.h;

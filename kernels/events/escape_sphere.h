@@ -68,7 +68,8 @@ struct SphereEvent {
     static LevelSet<V> level_set(const Task<V>& task) {
         return sphere_level_set(V(radius(task)));
     }
-    /// Returns the lanes whose velocity at the refined event points inward: the ray has left the sphere earlier.
+    /// Returns the lanes whose velocity at the refined event points inward. There, the ray enters the sphere again; it
+    /// has left the sphere earlier.
     template <class V>
     static MaskOf<V> moves_back(const RayState<V>& at) {
         const V rate = dot(at.q(), at.velocity);
@@ -120,7 +121,7 @@ std::uint64_t find_excursions(const Task<V>& task, const StepperState<V>& step, 
     const Curve<V> curve = task.curve(step);
     lanes &= to_bits(curve.max_radius2() > radius2);
     if (!lanes) return 0;
-    // Returns the root between 0 and `greatest`, by bisection.
+    // Returns an upper bound on the root between 0 and `greatest`, by bisection. Its error is at most greatest / 4096.
     const auto bisect = [&](const V& greatest, const auto& is_below_root) {
         V lower = zero, upper = greatest;
         for (int i = 0; i < 12; ++i) {

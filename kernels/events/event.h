@@ -7,9 +7,10 @@
 ///   resume(task, at)             for Effect::resume: changes the state at the event into the state with which the ray
 ///                                continues.
 ///   exists(task)                 true if the space, the scene or the job has this event; other events cost nothing.
-///   possible(task, step, steps)  a quick test of the end of a step; returns lanes. `steps` is the number of steps of
-///                                each ray. If the quick tests of all events fail in all lanes, no further test is
-///                                made. SurfaceHit and Discontinuity have no quick test; other classes detect them.
+///   possible(task, step, steps)  a quick test of the end of a step; returns the lanes that may have crossed the event.
+///                                `steps` is the number of steps of each ray. If the quick tests of all events fail in
+///                                all lanes, no further test is made. SurfaceHit and Discontinuity have no quick test;
+///                                other classes detect them.
 ///   crossed(task, step)          returns the lanes whose step has crossed the event. It is evaluated if the quick test
 ///                                of any event has succeeded. Default: `possible`.
 ///   starts_beyond(task, start)   returns the lanes whose ray starts beyond the event; such a ray ends at its start.
@@ -17,9 +18,10 @@
 ///   value(start, at)             a function of the state `at` on a step that begins at `start`; positive before the
 ///                                event. The secant method finds its zero. All trial steps begin at `start`, because
 ///                                the state beyond the event may be undefined.
-///   level_set(task)              a plane or a sphere. Newton's method finds its zero on the dense output; correction
-///                                steps then move the ray onto it. For SurfaceHit, it is the surface that was hit.
-/// An event with one of these two functions also has this function, except SurfaceHit:
+///   level_set(task)              a plane or a sphere. Newton's method finds its intersection with the dense output;
+///                                correction steps then move the ray onto it. SurfaceHit has no such function: its
+///                                level set is the surface that was hit.
+/// An event with one of these two functions also has this function:
 ///   crossed_before(task, start, at)  returns the lanes in which the event lies between the start of a step and the
 ///                                    point `at`, which is the point of another event.
 /// An event with a `value` may override these constants of ValueEvent:

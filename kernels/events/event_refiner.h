@@ -152,7 +152,7 @@ private:
         for (int i = 0; i < max_corrections && any(open); ++i) {
             const Vec3<V> q = d.curve.at(s);
             const V value = d.level_set.value(q);
-            const V next = s + d.level_set.intersect_line(q, d.curve.slope(s), decreasing_).length;
+            const V next = s + d.level_set.intersect_line(q, d.curve.slope(s), decreasing_).line_parameter;
             const MaskOf<V> before_surface = value_at_lo * value > V(S(0));
             before = select(before_surface, s, before);
             behind = select(before_surface, behind, s);
@@ -320,7 +320,7 @@ private:
         failed &= ~grazing;
     }
 
-    /// Moves the rays of `mask` to the fraction `event_fraction` of the chord of the whole step.
+    /// Moves the rays of `mask` to `event_fraction` on the chord of the whole step; their velocity becomes the chord.
     void interpolate(const MaskOf<V>& mask) {
         const V& s = deferred.event_fraction;
         const RayState<V>&a = whole_step.start, &b = whole_step.end;
@@ -330,7 +330,7 @@ private:
         end.velocity = select<V>(mask, b.q() - a.q(), end.velocity);
     }
 
-    static constexpr int max_corrections = 30;  ///< Greatest number of iterations of a refinement method.
+    static constexpr int max_corrections = 30;  ///< Greatest number of iterations.
     /// Newton's method on dense output stops when it moves by less than this fraction of the length hi − lo.
     static constexpr S newton_tolerance = S(1e-3);
     /// Greatest distance from a sphere at which a ray counts as lying on it, as a fraction of the radius.

@@ -21,6 +21,7 @@ struct ParameterLimit {
     KAGERO_INLINE static MaskOf<V> possible(const Task<V>& task, const Step<V>& step, const V&) {
         return crossed(task, step);
     }
+    /// Returns the lanes whose λ has reached the limit, up to the rounding error of λ.
     template <class V>
     KAGERO_INLINE static MaskOf<V> crossed(const Task<V>& task, const Step<V>& step) {
         using S = ScalarOf<V>;
@@ -36,7 +37,7 @@ struct ParameterLimit {
         step.end.parameter = select(from_bits<V>(lanes), V(ScalarOf<V>(task.job.parameter_limit)), step.end.parameter);
     }
     /// Returns the step length h, shortened to the remaining distance to the limit. A step that would leave a remainder
-    /// below 1e-6 h is extended to the limit.
+    /// below 1e-6 h is extended to the limit. The length 0 of an idle lane remains 0.
     template <class V>
     static V limited_length(const Task<V>& task, const RayState<V>& start, const V& h) {
         using S = ScalarOf<V>;

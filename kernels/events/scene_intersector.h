@@ -56,7 +56,7 @@ public:
     }
     /// Ignores a surface on which the next step of `lanes` starts.
     void ignore_surface_at_start(std::uint64_t lanes) {
-        if (!starts_off_surfaces_) before_first_piece_ |= lanes;
+        if (!starts_off_surfaces_) may_start_on_surface_ |= lanes;
     }
 
     /// Intersects the step of `lanes` and returns the lanes that hit a surface. A step that is too curved for
@@ -65,7 +65,7 @@ public:
         const std::uint64_t leaving =
             geometry_.clearance ? lanes & ~to_bits(clear_box_.contains(task_.extent(step))) : lanes;
         const std::uint64_t hit = leaving ? intersect_leaving(step, leaving, lanes) : 0;
-        before_first_piece_ &= ~lanes;
+        may_start_on_surface_ &= ~lanes;
         return hit;
     }
     /// Intersects straight segments of any length with one query. Returns the lanes that hit a surface.
@@ -106,7 +106,7 @@ private:
         // A step of one piece is known to leave its clear box.
         const std::uint64_t divided = geometry_.clearance ? lanes & to_bits(piece_length < one) : 0;
         const Extent<V> min_times = divided ? min_times_per_length(curve.slope_extent()) : Extent<V>{};
-        std::uint64_t hit = 0, open = lanes;
+        std::uint64_t hit = 0, open = lanes;  // open: lanes with untested pieces
         V s0(S(0));
         while (open) {
             for (std::uint64_t skipping = open & divided; skipping;) {
@@ -134,19 +134,19 @@ private:
     /// Queries the segments a → b, which are the chords of the pieces [s0, s1] of the steps in lanes `open`. Sets
     /// `hits` in the lanes that hit a surface and returns these lanes.
     std::uint64_t query_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t open) {
-        const std::uint64_t in_first_piece = open & before_first_piece_,
-                            near_start = in_first_piece | (open & departing_);
-        before_first_piece_ &= ~open;
+        const std::uint64_t may_start_on_surface = open & may_start_on_surface_,
+                            near_start = may_start_on_surface | (open & departing_);
+        may_start_on_surface_ &= ~open;
         departing_ &= ~open;
         Segments<W> segments;
-        V begin(S(0)), length(S(1));  // queried part of each piece, as fractions of the piece
+        V begin(S(0)), length(S(1));  // start and length of the queried segment, as fractions of the chord
         if (near_start) {
             begin = select(from_bits<V>(near_start), -start_extension(b - a), begin);
             length = V(S(1)) - begin;
         }
         const Vec3<V> query_start = near_start ? advance(a, begin, b - a) : a;
         const V scale(S(geometry_.scale));
-        V size(S(0));  // greatest coordinate of both ends, in Embree's coordinates
+        V size(S(0));  // greatest absolute coordinate of both ends, in Embree's coordinates
         const auto to_embree = [&](const V& start, const V& end, int k) {
             const V shift(S(geometry_.shift[k])), embree_start = (start - shift) * scale,
                     embree_end = (end - shift) * scale;
@@ -166,7 +166,7 @@ private:
         queries_ = select(from_bits<V>(open), queries_ + V(S(1)), queries_);
         std::uint64_t hit = query(geometry_.embree_scene, segments, open);
         if (hit & near_start)
-            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, in_first_piece);
+            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, may_start_on_surface);
         if (!hit) return 0;
         const MaskOf<V> mask = from_bits<V>(hit);
         hits.t = select(mask, fractions_of(segments, begin, length), hits.t);
@@ -186,7 +186,7 @@ private:
         const V offset(S(double(start_offset) / geometry_.scale));
         return offset / max(fast_sqrt(dot(chord, chord)), offset);
     }
-    /// Returns the positions t on the queried segments as fractions of the whole pieces.
+    /// Converts the positions t on the queried segments to fractions of the chords a → b.
     static V fractions_of(const Segments<W>& segments, const V& begin, const V& length) {
         alignas(64) double fraction[W];
         std::copy_n(segments.t, W, fraction);
@@ -194,18 +194,18 @@ private:
     }
 
     /// Removes the hits of surfaces from which rays depart, since Embree's floats cannot show on which side of a close
-    /// surface a ray starts. Such lanes are queried again, and each candidate hit is tested in the packet's precision.
-    /// Returns the lanes of `hit` that still hit a surface. The lanes `close` may start close to a surface. The lanes
-    /// `in_first_piece` are queried for the first time since the start of their ray.
+    /// surface a ray starts. Such lanes are queried again, and each candidate hit is tested in double precision.
+    /// Returns the lanes of `hit` that still hit a surface. The segments of the lanes `close` may start close to a
+    /// surface, and those of the lanes `may_start_on_surface` may start on one.
     std::uint64_t remove_departed_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
                                            Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
-                                           std::uint64_t in_first_piece) {
+                                           std::uint64_t may_start_on_surface) {
         const V least = start_extension(b - a);
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
         const std::uint64_t departed =
-            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(in_first_piece)));
+            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(may_start_on_surface)));
         if (!departed) return hit;
         departing_ |= departed;
         const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
@@ -213,7 +213,7 @@ private:
             const LevelSet<double> level_set = level_set_of(geometry_.surfaces[surface], primitive);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
             return !departs(level_set, from, to, chord_fraction(level_set, from, to, near), double(get_lane(least, i)),
-                            ((in_first_piece >> i) & 1) != 0);
+                            ((may_start_on_surface >> i) & 1) != 0);
         };
         return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
@@ -255,8 +255,8 @@ private:
         for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
     }
 
-    /// Clips the queried part of a → b in lane i to a cube of edge `clip_size` around the scene, in double precision.
-    /// Returns false if the segment misses the cube.
+    /// Clips the queried part of a → b in lane i to the cube of edge `clip_size` around the origin of Embree's
+    /// coordinates, in double precision. Returns false if the segment misses the cube.
     bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
         const double start[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
         const double end[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
@@ -304,10 +304,11 @@ private:
     }
     /// Greatest number of pieces into which a step is divided.
     static constexpr int max_pieces = 1024;
-    /// Distance from a surface below which floats do not distinguish its sides, in Embree's coordinates of order one:
-    /// about 30 roundings.
+    /// Distance from a surface below which floats do not distinguish its sides, in Embree's coordinates. It is about 30
+    /// rounding errors of a coordinate of order one.
     static constexpr float start_offset = 4e-6f;
-    /// Edge of the cube to which longer segments are clipped before a query, in Embree's coordinates.
+    /// In Embree's coordinates: a segment with an absolute coordinate of at least this value is clipped before a query,
+    /// to the cube with this edge around the origin.
     static constexpr float clip_size = 32;
 
     const Task<V>& task_;
@@ -317,7 +318,9 @@ private:
     bool starts_off_surfaces_;  ///< True if no ray starts on a surface.
     ClearBox<V> clear_box_ = task_.camera_clear_box;
     V queries_ = S(0);
-    std::uint64_t before_first_piece_ = 0;  ///< Lanes in which nothing was queried since the start of the ray.
+    /// Lanes whose next segment may start on a surface: the first segment of a ray, or the first one after an event
+    /// that has changed the state of the ray.
+    std::uint64_t may_start_on_surface_ = 0;
     std::uint64_t departing_ = 0;           ///< Lanes whose previous piece has departed from a close surface.
 };
 

@@ -37,7 +37,7 @@ constexpr std::uint8_t opcode_of(Op op) { return static_cast<std::uint8_t>(op); 
 constexpr std::uint8_t opcode_of(AccumulatorOp op) { return static_cast<std::uint8_t>(op); }
 
 /// A run: instructions [first, first + count) with the same opcode. A run on the accumulator stores only the result of
-/// its last instruction. `stores_result` is false if nothing except the next run, as its accumulator, uses the result.
+/// its last instruction. `stores_result` is false if only the next run uses the result, from the accumulator.
 struct Run {
     std::uint8_t opcode;
     bool stores_result;
@@ -51,9 +51,9 @@ enum { index_time_rescaling = event_function_count, formula_function_count };
 struct Code {
     static constexpr int inputs = state_size, max_slots = 256, max_outputs = formula_function_count;
     std::int32_t slots, constants, runs, outputs;  ///< numbers of used slots, constants, runs and outputs
-    /// Number of runs, at the beginning, that do not depend on the varying inputs (the constructor argument of
-    /// CodeWriter).
-    std::int32_t prepared;
+    /// Number of runs at the beginning of the code that do not depend on the varying inputs (the constructor argument
+    /// of CodeWriter).
+    std::int32_t prepared_runs;
     Run run[Tape::capacity];
     Instruction instruction[Tape::capacity];
     double constant[max_slots];  ///< the constants; their slots begin at `inputs`
@@ -65,7 +65,7 @@ struct Code {
 template <int Size, int Outputs>
 class CodeWriter {
 public:
-    CodeWriter(const Program<Size, Outputs>& program, Varying varying, Code& code) : p_(program), code_(code) {
+    CodeWriter(const Program<Size, Outputs>& program, VaryingInputs varying, Code& code) : p_(program), code_(code) {
         for (int k = 0; k < p_.size; ++k) {
             const Node& n = p_.nodes[k];
             if (n.op == Op::input) varies_[k] = n.a >= varying.first && n.a < varying.last;
@@ -81,10 +81,10 @@ public:
 
     /// Writes the code. Returns false if the program needs more slots than exist.
     bool write() {
-        code_.runs = code_.constants = code_.prepared = 0;
+        code_.runs = code_.constants = code_.prepared_runs = 0;
         if (!p_.complete) return false;
         schedule(false);
-        code_.prepared = code_.runs;
+        code_.prepared_runs = code_.runs;
         first_varying_ = length_;
         schedule(true);
         find_last_uses();
@@ -175,7 +175,7 @@ private:
         }
         for (const int o : p_.outputs) last_use_[o] = length_;
     }
-    /// Assigns slots to inputs and constants. Returns false if there are too few slots.
+    /// Assigns slots to the inputs and constants. Returns false if there are too few slots.
     bool assign_leaf_slots() {
         for (int k = 0; k < p_.size; ++k) {
             const Node& n = p_.nodes[k];

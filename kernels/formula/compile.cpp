@@ -26,7 +26,7 @@ struct FormulaTape {
     }
     /// Records H − H0 and returns its node.
     int energy_residual() {
-        if (compiled) return compiled->energy(tape, formula.parameters);
+        if (compiled) return compiled->record_energy_residual(tape, formula.parameters);
         return tape.sub(expression(formula.energy), tape.constant(formula.level));
     }
     /// Records the event functions that the formula defines.
@@ -75,7 +75,7 @@ private:
 
 /// Writes the program of the given outputs as code. Returns false if it is too large.
 template <std::size_t n>
-bool write(const Tape& t, const std::array<int, n>& outputs, Varying varying, Code& code) {
+bool write(const Tape& t, const std::array<int, n>& outputs, VaryingInputs varying, Code& code) {
     const auto program = detail::extract_untrimmed<static_cast<int>(n)>(t, outputs, varying);
     return CodeWriter(program, varying, code).write();
 }
@@ -90,24 +90,24 @@ Nodes gradient_nodes(const Tape& t, const std::array<int, phase_size>& outputs) 
     return nodes;
 }
 
-constexpr Varying all_inputs{};
+constexpr VaryingInputs all_inputs{};
 
 /// Writes ∂K/∂q and ∂K/∂p as code, from the nodes g of the gradient. Sets `separable` to true if K = ½|p|² + V(q), else
 /// to false. Returns false if the code is too large.
 bool write_gradient_halves(const Tape& t, const std::array<int, phase_size>& g, Code& force, Code& velocity,
                            bool& separable) {
-    std::array<int, space_size> q, p;
+    std::array<int, space_size> force_nodes, velocity_nodes;
     for (int k = 0; k < space_size; ++k) {
-        q[k] = g[k];
-        p[k] = g[momentum(k)];
+        force_nodes[k] = g[k];
+        velocity_nodes[k] = g[momentum(k)];
     }
-    separable = is_separable(detail::extract_untrimmed<space_size>(t, q, kick_varies),
-                             detail::extract_untrimmed<space_size>(t, p, drift_varies));
-    return write(t, q, kick_varies, force) && write(t, p, drift_varies, velocity);
+    separable = is_separable(detail::extract_untrimmed<space_size>(t, force_nodes, kick_varies),
+                             detail::extract_untrimmed<space_size>(t, velocity_nodes, drift_varies));
+    return write(t, force_nodes, kick_varies, force) && write(t, velocity_nodes, drift_varies, velocity);
 }
 
-/// Returns true if the expression has few nodes when it is expanded to a tree, in which nodes with several uses are
-/// repeated. Some transformations traverse this tree, which may be far larger than the list of nodes.
+/// Returns true if the expression at node `root` has few nodes when it is expanded to a tree, in which nodes with
+/// several uses are repeated. Some transformations traverse this tree, which may be far larger than the list of nodes.
 bool small_as_tree(const Tape& t, int root) {
     std::array<double, Tape::capacity> size{};
     for (int i = 0; i <= root; ++i) {
@@ -130,17 +130,18 @@ bool write_main_programs(const Formula& f, const RerecordedHamiltonian* compiled
     FormulaTape formula_tape(f, compiled);
     Tape& t = formula_tape.tape;
     const int residual = collect_squares_if_small(t, formula_tape.energy_residual());
-    int k = residual, rescaling = t.constant(1);
+    int hamiltonian = residual, rescaling = t.constant(1);  // the nodes of K and Ω
     if (p.rescaled) {
         rescaling = formula_tape.expression(f.rescale);
-        k = small_as_tree(t, residual) ? multiply_through(t, rescaling, residual) : t.mul(rescaling, residual);
+        hamiltonian = small_as_tree(t, residual) ? multiply_through(t, rescaling, residual)
+                                                 : t.mul(rescaling, residual);
     }
     if (t.full) return false;
-    const std::array<int, phase_size> g = record_derivatives(t, k, formula_tape.input);
+    const std::array<int, phase_size> g = record_derivatives(t, hamiltonian, formula_tape.input);
     std::array<int, event_function_count> event_functions =
-        record_event_functions(t, formula_tape.input, k, rescaling, f.level, g);
+        record_event_functions(t, formula_tape.input, hamiltonian, rescaling, f.level, g);
     formula_tape.record_events(g, event_functions);
-    if (t.full || !write(t, std::array{residual}, all_inputs, p.value)) return false;
+    if (t.full || !write(t, std::array{residual}, all_inputs, p.energy_residual)) return false;
     p.derivative_nodes = gradient_nodes(t, g);
     std::array<int, formula_function_count> with_rescaling{};
     std::copy(event_functions.begin(), event_functions.end(), with_rescaling.begin());

@@ -17,24 +17,25 @@ struct AnyFormula {
     static V part_a(const Parameters<V>&, const Vec3<V>&, const Vec3<V>&, const V&);
 };
 
-/// ∂K/∂q as a function of p, or ∂K/∂p as a function of q. The constructor executes the instructions that do not depend
-/// on p or q, respectively: the varying inputs.
+/// ∂K/∂q as a function of p, or ∂K/∂p as a function of q: p or q, respectively, are the varying inputs. The constructor
+/// executes the instructions that do not depend on them.
 template <class V>
 class PreparedGradient {
 public:
-    PreparedGradient(const Code& code, const State<V>& s, Varying varying) : code_(code), first_(varying.first) {
+    PreparedGradient(const Code& code, const State<V>& s, VaryingInputs varying)
+        : code_(code), first_varying_(varying.first) {
         slots_.fill_constants(code);
         slots_.fill_inputs(s.y);
-        interpret<V, 1>(code_, 0, code_.prepared, slots_.data());
+        interpret<V, 1>(code_, 0, code_.prepared_runs, slots_.data());
     }
     PreparedGradient(const PreparedGradient&) = delete;
     PreparedGradient& operator=(const PreparedGradient&) = delete;
-    Vec3<V> operator()(const Vec3<V>& varying) {
-        V* const in = slots_.data() + first_;
-        in[0] = varying.x;
-        in[1] = varying.y;
-        in[2] = varying.z;
-        interpret<V, 1>(code_, code_.prepared, code_.runs, slots_.data());
+    Vec3<V> operator()(const Vec3<V>& varying_inputs) {
+        V* const in = slots_.data() + first_varying_;
+        in[0] = varying_inputs.x;
+        in[1] = varying_inputs.y;
+        in[2] = varying_inputs.z;
+        interpret<V, 1>(code_, code_.prepared_runs, code_.runs, slots_.data());
         V out[3] = {};
         slots_.read(code_, out);
         return {out[0], out[1], out[2]};
@@ -42,12 +43,12 @@ public:
 
 private:
     const Code& code_;
-    int first_;
+    int first_varying_;  ///< index of the first varying input
     Slots<V> slots_;
 };
 
 /// Evaluates ∂K/∂(q, p) at the `count` stages of a step. Groups of 4, 3 or 1 stages are evaluated together, so that
-/// each instruction is decoded once per group. The constructor writes the constants once for many evaluations.
+/// each instruction is decoded once per group. The constructor writes the constants once for all evaluations.
 template <class V>
 class StageEvaluator {
 public:
@@ -141,9 +142,10 @@ class FormulaSystem {
     using Parts = formula::PartSystem;
 
 public:
+    // Assumed, because the formula is unknown at compile time.
     static constexpr bool separable = false, force_needs_p = true, velocity_needs_q = true;
-    static constexpr Axes cyclic{};  // cyclic coordinates are unknown at compile time
-    bool rescaled;  ///< with time rescaling
+    static constexpr Axes cyclic{};  // no coordinate is known to be cyclic
+    bool rescaled;  ///< True with time rescaling.
 
     explicit FormulaSystem(const double* parameters)
         : rescaled(formula::programs_in(parameters).rescaled), programs_(formula::programs_in(parameters)),
@@ -193,14 +195,14 @@ public:
         return {{n.nodes, nullptr, n.outputs, n.size}, nullptr};
     }
 
-    /// Returns H − H0.
+    /// Returns H − H0, without the factor Ω.
     template <class V>
-    V energy(const State<V>& s) const {
+    V unscaled_energy_residual(const State<V>& s) const {
         V out[1] = {};
-        formula::evaluate(programs_.value, s.y, out);
+        formula::evaluate(programs_.energy_residual, s.y, out);
         return out[0];
     }
-    /// Returns Ω.
+    /// Returns Ω; 1 without time rescaling.
     template <class V>
     V time_rescaling_factor(const State<V>& s) const {
         V out[1] = {V(S(1))};

@@ -7,15 +7,15 @@
 namespace kagero::formula {
 
 /// Returns the number of floating-point operations of one instruction.
-inline double operations_of(std::uint8_t opcode) {
+inline double flops_of(std::uint8_t opcode) {
     if (opcode >= opcode_of(AccumulatorOp::fma)) return 2;
-    return opcode >= opcode_of(AccumulatorOp::add) ? 1 : kagero::operations_of(static_cast<Op>(opcode));
+    return opcode >= opcode_of(AccumulatorOp::add) ? 1 : kagero::flops_of(static_cast<Op>(opcode));
 }
 
 /// Returns the number of floating-point operations of one evaluation of a code.
-inline double operations_of(const Code& code) {
+inline double flops_of(const Code& code) {
     double sum = 0;
-    for (int r = 0; r < code.runs; ++r) sum += code.run[r].count * operations_of(code.run[r].opcode);
+    for (int r = 0; r < code.runs; ++r) sum += code.run[r].count * flops_of(code.run[r].opcode);
     return sum;
 }
 

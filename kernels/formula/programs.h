@@ -18,15 +18,15 @@ struct Nodes {
 struct Programs {
     Code derivatives, force, velocity;  ///< ∂K/∂(q, p), ∂K/∂q and ∂K/∂p
     Nodes derivative_nodes;             ///< ∂K/∂(q, p) as nodes
-    Code value;                         ///< H − H0
+    Code energy_residual;               ///< H − H0
     Code time_rescaling_factor;         ///< Ω
     Code event_functions;               ///< struct EventFunctions, and Ω
     Code part_force[2], part_velocity[2];  ///< gradients of the parts H_A and H_B
     double level, pt;                   ///< H0 and p_t
-    bool separable;                     ///< K = ½|p|² + V(q)
-    bool parted;                        ///< the formula declares H_A and H_B
-    bool rescaled;                      ///< with time rescaling
-    bool bounds_steps;                  ///< the formula or the compiled Hamiltonian declares a step bound
+    bool separable;                     ///< true if K = ½|p|² + V(q)
+    bool parted;                        ///< true if the formula declares H_A and H_B
+    bool rescaled;                      ///< true with time rescaling
+    bool bounds_steps;                  ///< true if the formula or the compiled Hamiltonian declares a step bound
 };
 
 /// Returns the programs to which Job::parameters points.
@@ -35,24 +35,25 @@ inline const Programs& programs_in(const double* parameters) { return *reinterpr
 /// Functions that record a compiled Hamiltonian on a tape at run time, with its parameters as constants. They serve
 /// formulas that declare only a time rescaling factor Ω for a compiled Hamiltonian.
 struct RerecordedHamiltonian {
-    int (*energy)(Tape&, const double* parameters);  ///< records H − H0 and returns its node
-    /// Records the event functions.
+    /// Records H − H0 and returns its node.
+    int (*record_energy_residual)(Tape&, const double* parameters);
+    /// Records the event functions that the Hamiltonian declares.
     void (*record_events)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
                           std::array<int, event_function_count>& event_functions);
-    bool bounds_steps;  ///< the Hamiltonian declares a step bound
+    bool bounds_steps;  ///< true if the Hamiltonian declares a step bound
 };
 /// The functions that record the Hamiltonian H.
 template <class H>
 inline constexpr RerecordedHamiltonian rerecorded{
-    [](Tape& t, const double* parameters) { return record_energy(t, Leaves<H>(t, parameters)); },
+    [](Tape& t, const double* parameters) { return record_energy_residual(t, Leaves<H>(t, parameters)); },
     [](Tape& t, const double* parameters, const std::array<int, phase_size>& gradient,
        std::array<int, event_function_count>& event_functions) {
         record_declared_event_functions(t, Leaves<H>(t, parameters), gradient, event_functions);
     },
     BoundsSteps<H>};
 
-/// Differentiates a formula and writes its programs. Returns nullptr, or the reason why this is not possible. If the
-/// formula only rescales a compiled Hamiltonian, `compiled` records that Hamiltonian; otherwise it is nullptr.
+/// Differentiates a formula and writes its programs. Returns nullptr, or the reason why the formula cannot be compiled.
+/// `compiled` records the compiled Hamiltonian that the formula only rescales; it is nullptr if there is none.
 const char* compile(const Formula& formula, const RerecordedHamiltonian* compiled, Programs& programs);
 
 /// Computes the start of a ray at q with the direction d: the momentum p with ∂H/∂p = μ d, μ > 0, and H = H0.

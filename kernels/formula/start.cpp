@@ -47,7 +47,7 @@ Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::a
     in[component_pt] = SecondOrder(programs.pt);
     for (std::size_t a = 0; a < n; ++a)
         in[component_px + a] = SecondOrder::variable(FirstOrder::variable(p[a], int(a)), int(a));
-    evaluate(programs.value, in, out);
+    evaluate(programs.energy_residual, in, out);
     Expansion<n> e{out[0].value.value, out[0].value.derivative, {}};
     for (std::size_t a = 0; a < n; ++a) e.hessian[a] = out[0].derivative[a].derivative;
     return e;
@@ -62,7 +62,7 @@ double value_and_gradient(const Programs& programs, const double (&q)[3], const 
         in[momentum(i)] = DualNumber::variable(p[i], i);
     }
     in[component_pt] = DualNumber(programs.pt);
-    evaluate(programs.value, in, out);
+    evaluate(programs.energy_residual, in, out);
     gradient = out[0].derivative;
     return out[0].value;
 }
@@ -136,9 +136,10 @@ bool refine(const Programs& programs, const double (&q)[3], const Vector& d, Vec
     return least < tolerance;
 }
 
-/// Finds the sign change of H − H0 that is nearest to the point c of momentum space, on the half-line from c along d
-/// (side 1) or −d (side −1). Only a change from negative to positive in the direction of d counts. Returns the signed
-/// distance of the sign change from c along d; 0 if there is none.
+/// Searches the half-line from the point c of momentum space along d (side 1) or −d (side −1) for a sign change of
+/// H − H0 from negative to positive in the direction of d. The search compares points whose distances from c are 1e-12
+/// times powers of two, up to 1e12. Returns the signed distance of the first sign change from c along d; 0 if there is
+/// none.
 double find_level_crossing(const Programs& programs, const double (&q)[3], const Vector& c, const Vector& d,
                            double side) {
     constexpr double nearest = 1e-12, farthest = 1e12;
@@ -155,9 +156,9 @@ double find_level_crossing(const Programs& programs, const double (&q)[3], const
     return side * above;
 }
 
-/// Finds a point p inside the surface H = H0 of momentum space: a point with side·(H − H0) < 0. If the surface is
-/// convex, every line through the point crosses it. Newton's method starts from p = 0 and approaches a stationary point
-/// of H; it stops at the first point inside. Returns the zero vector if no point is found.
+/// Finds a point p inside the surface H = H0 of momentum space: a point with side·(H − H0) < 0, where side is ±1. If
+/// the surface is convex, every line through the point crosses it. Newton's method starts from p = 0, approaches a
+/// stationary point of H, and stops at the first point inside. Returns the zero vector if no point is found.
 Vector find_inner_point(const Programs& programs, const double (&q)[3], double side) {
     constexpr int max_iterations = 100;
     Vector p{};

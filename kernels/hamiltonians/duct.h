@@ -13,7 +13,7 @@ namespace kagero::hamiltonians {
 /// Domain: all of space; n > 0 if n0 > |ripple|. Conserved: H and p_y; also p_x if ripple = 0.
 ///
 /// The refractive index N ∝ n^(−1/2) is greatest on the axis. Rays oscillate about the axis and never leave the duct,
-/// so that it is suitable for tests of long integrations.
+/// so that the duct is suitable for tests of long integrations.
 struct Duct {
     static constexpr const char* name = "duct";
     static constexpr const char* what = "duct of cool air between warm layers";

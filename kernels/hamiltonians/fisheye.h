@@ -8,8 +8,8 @@ namespace kagero::hamiltonians {
 ///
 ///     H = ½ (|p|² − N²),  N = n0 / (1 + r²/R²)           Maxwell (1854); Born & Wolf, §4.2.2
 ///
-/// Coordinates: Cartesian, relative to the centre. Units: scene lengths; n0 is a number. Level: H0 = 0. Conserved: x ×
-/// p. Domain: all of space. Each ray is a circle that intersects the sphere r = R at two opposite points.
+/// Coordinates: Cartesian, relative to the centre. Units: scene lengths; n0 is a number. Level: H0 = 0. Conserved:
+/// x × p. Domain: all of space. Each ray is a circle that intersects the sphere r = R at two opposite points.
 struct Fisheye : IndexMedium<Fisheye> {
     static constexpr const char* name = "fisheye";
     static constexpr const char* what = "Maxwell's fisheye: every ray is a circle";

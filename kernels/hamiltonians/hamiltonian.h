@@ -6,9 +6,10 @@
 ///
 /// Required members:
 ///   name, what, formula, source, conserved
-///                             texts for `kagero list`.
+///                             texts for `kagero list`; `what` describes the space in one line.
 ///   parameters                parameters that a scene may set: name, default, minimum, maximum, true if the minimum
-///                             is excluded, unit, and description (`ParameterInfo`).
+///                             is excluded, unit, description, and true if the parameter changes sign under t → −t
+///                             (`ParameterInfo`; the last entry may be omitted).
 ///   Parameters<V>             struct whose members are the values of the parameters, in the same order.
 ///   spacetime                 true if H describes light in a spacetime, where p_t is constant; false for a medium.
 ///   level                     H0, the value of H on all rays; 0 for a spacetime.
@@ -27,11 +28,12 @@
 ///                             H_A and H_B, two parts with the sum H (Satoh 2003, eq. 10). They are used only by
 ///                             the recipe as printed (kernels/recipe).
 ///   remainder_flow(k, q, p, pt, t)
-///                             advances q and p by the exact flow of H − ½(|p|² − p_t²) over the time t.
+///                             advances q and p by the exact flow of H − ½(|p|² − p_t²); λ increases by t.
 ///   straight(k)               true if every ray is straight for the parameters k.
 ///   bending_radius(k)         distance from the origin beyond which rays are straight, so that one step is enough.
 ///   switching_function(k, q)  changes sign where H or its derivatives jump: steps end there.
-///   max_step_length(k, q)     bound on the length of a step, so that no step jumps over a thin structure.
+///   max_step_length(k, q)     bound on the length |h dq/dλ| of a step h that starts at q, so that no step jumps over a
+///                             thin structure.
 ///   orbit_potential(k, u, g)  for a spherically symmetric H, the potential V(u) in the orbit plane: ½ (du/dφ)² + V is
 ///                             constant, where φ is the angle in the plane, u = 1/r and V(0) = 0. b is the impact
 ///                             parameter: g = 1/b² is (p_t/L)² in a spacetime and 1/L² in a medium; L = |x × p|.

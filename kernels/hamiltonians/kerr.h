@@ -79,8 +79,8 @@ struct Kerr {
     }
 
     /// Rays with p_t > 0 are captured at the horizon. Inside r = 3M an inward ray is captured if its radial potential
-    /// is positive down to the horizon; without spin this is true for every inward ray. dr/dλ has the sign of
-    /// r² x·v + a² z v_z.
+    /// (see radial_potential_bound) is positive down to the horizon; without spin this is true for every inward ray.
+    /// dr/dλ has the sign of r² x·v + a² z v_z.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v,
                                 const V& pt) {
@@ -88,11 +88,11 @@ struct Kerr {
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0))));
         const V outward = r * r * dot(q, v) + a * a * (q.z * v.z);  // > 0 if the ray moves outward
         // > 0 if the ray can turn back.
-        const V can_turn_back = max(r - 3.0 * k.mass, -min_radial_potential(k, q, p, pt));
+        const V can_turn_back = max(r - 3.0 * k.mass, -radial_potential_bound(k, q, p, pt));
         return min(max(r - horizon, -pt), max(can_turn_back, outward));
     }
-    /// Returns a lower bound of the radial potential between the horizon and q, divided by r⁴ at q. An inward ray
-    /// cannot turn back if the bound is positive, because the potential is zero at a turning point (Carter 1968):
+    /// Returns a number that is positive only if the radial potential R is positive everywhere between the horizon and
+    /// q. R is zero at a turning point (Carter 1968), so that an inward ray then cannot turn back:
     ///
     ///     R = ((r² + a²) p_t + a L)² − Δ (Q + (L + a p_t)²) = (Σ dr/dλ)²
     ///
@@ -101,12 +101,13 @@ struct Kerr {
     ///
     ///     p_t² ρ⁴ − A ρ² + 2 B ρ − C,   A = (L² + Q − a² p_t²)/r², B = M ((L + a p_t)² + Q)/r³, C = a² Q/r⁴
     ///
-    /// For ρ² ≤ A/(6 p_t²) this polynomial is concave, and not less than the smaller of its values at the ends of the
-    /// interval; at the horizon it is a square. For greater ρ it is convex and lies above its tangents. The tangents at
-    /// ρ = 1 and at the result of Newton's method for the minimum are used. Newton's method approaches the minimum from
-    /// above. In the code, all lengths are in units of r at q.
+    /// For ρ² ≥ A/(6 p_t²) this polynomial is convex and lies above its tangents. Two tangents are used: at ρ = 1, and
+    /// at the minimum, which Newton's method approaches from greater ρ. The result is the greater of their values at
+    /// the least ρ of the convex part. For smaller ρ the polynomial is concave, and at the horizon it is a square. If
+    /// the result is positive, the polynomial is therefore also positive down to the horizon. In the code, all lengths
+    /// are in units of r at q.
     template <class V>
-    static constexpr V min_radial_potential(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
+    static constexpr V radial_potential_bound(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const V& pt) {
         const V r = radius(k, q), inverse = 1.0 / r, a = k.mass * k.spin * inverse, a2 = a * a, pt2 = pt * pt;
         const Vec3<V> n = inverse * q;
         const V horizontal = n.x * p.x + n.y * p.y, l = n.x * p.y - n.y * p.x, one_plus_a2 = 1.0 + a2;
@@ -118,28 +119,29 @@ struct Kerr {
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
         const V convex_from = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
         const auto slope = [&](const V& rho) { return 4.0 * pt2 * (rho * rho * rho) - 2.0 * A * rho + 2.0 * B; };
-        // The tangent at rho has a slope ≥ 0, so its minimum for ρ ≥ convex_from is its value at convex_from.
-        const auto tangent_minimum = [&](const V& rho) {
+        // Returns the value at convex_from of the tangent at rho: the least value of the tangent if its slope is ≥ 0.
+        // The slope can be negative only at rho = 1. The polynomial then decreases up to ρ = 1, where it is a square.
+        const auto tangent_value = [&](const V& rho) {
             const V rho2 = rho * rho;
             return pt2 * (rho2 * rho2) - A * rho2 + 2.0 * B * rho - C - slope(rho) * (rho - convex_from);
         };
         V rho(1.0);
         for (int i = 0; i < 4; ++i)
             rho = min(max(rho - slope(rho) / max(12.0 * pt2 * (rho * rho) - 2.0 * A, V(tiny)), convex_from), V(1.0));
-        return max(tangent_minimum(V(1.0)), tangent_minimum(rho));
+        return max(tangent_value(V(1.0)), tangent_value(rho));
     }
 
-    /// Near the horizon, light that moves outward has p ∝ 1/(r − r₊); the bound is a fifth of |r − r₊|. Farther out
-    /// the bound grows with the cube of this distance, so that it does not limit usual steps beyond r = 2 r₊. The bound
-    /// is at most ½ Σ/(r + |a|) with Σ = r² + a² cos²θ. This maximum has an effect only inside the horizon; Σ/(r + |a|)
-    /// is about the distance from the ring singularity near it.
+    /// Returns the smaller of two bounds. Near the horizon, light that moves outward has p ∝ 1/(r − r₊); the first
+    /// bound is a fifth of |r − r₊| there. Farther out it grows with the cube of this distance. The second bound is
+    /// ½ Σ/(r + |a|) with Σ = r² + a² cos²θ: about the distance from the ring singularity near the ring, and about r/2
+    /// far from the hole. The second bound is the smaller one deep inside the horizon, and beyond r ≈ 2 r₊.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V r = radius(k, q), s2 = k.spin * k.spin, a = k.mass * sqrt(s2), az = a * q.z;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - s2, V(0.0)))), distance = r - horizon;
         const V d = max(max(distance, -distance), 1e-7 * horizon), ratio = d / horizon;
-        const V ring_distance = (r * r + az * az / (r * r)) / (r + a);
-        return min(d * (0.2 + ratio * ratio), 0.5 * ring_distance);
+        const V twice_ring_distance = (r * r + az * az / (r * r)) / (r + a);
+        return min(d * (0.2 + ratio * ratio), 0.5 * twice_ring_distance);
     }
 
     /// For observers (see schwarzschild.h): dt_BL = dt + time_offset_gradient dr, where t_BL is the Boyer–Lindquist

@@ -62,9 +62,9 @@ struct Mirage {
         return n(k, q) - k.n_min;
     }
 
-    /// Returns 0.2 n/|∇n| with an upper bound of |∇n|: n changes by at most about a fifth of its value in a step. Near
-    /// the edge of the medium, the curvature of rays grows as n decreases. The constant 1e-30 keeps the result finite
-    /// where ∇n = 0.
+    /// Returns 0.2 n/G, where G is an upper bound of |∇n| for all x: n changes by at most about a fifth of its value in
+    /// a step. Near the edge of the medium, n is small and rays are strongly curved, so that steps have to be short.
+    /// The constant 1e-30 keeps the result finite where G = 0.
     template <class V>
     static constexpr V max_step_length(const Parameters<V>& k, const Vec3<V>& q) {
         const V max_gradient_x = k.ripple * k.wavenumber, gradient_z = 3.0 * k.n3 * (q.z * q.z);

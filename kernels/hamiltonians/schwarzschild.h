@@ -53,9 +53,9 @@ struct Schwarzschild {
         return -0.5 * (k.rg / r) * u * u;
     }
 
-    /// Advances q and p by the exact flow of part_b over the time t. With u = p_t + x·p/r, the flow conserves n = x/r,
-    /// the angular momentum and w = u/√r, so that r^{3/2} decreases linearly: r_end = c^{2/3} with c = r^{3/2} − (3/2)
-    /// r_g w t. The cube root of c is computed by Halley's iteration, which starts at √r.
+    /// Advances q and p by the exact flow of part_b; λ increases by t. With u = p_t + x·p/r, the flow conserves
+    /// n = x/r, the angular momentum and w = u/√r, so that r^{3/2} is linear in λ: r_end = c^{2/3} with
+    /// c = r^{3/2} − (3/2) r_g w t. The cube root of c is computed by Halley's iteration, which starts at √r.
     template <class V>
     static constexpr void remainder_flow(const Parameters<V>& k, Vec3<V>& q, Vec3<V>& p, const V& pt, const V& t) {
         const V r = norm(q), sqrt_r = sqrt(r);

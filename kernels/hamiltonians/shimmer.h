@@ -60,6 +60,7 @@ struct Shimmer : IndexMedium<Shimmer> {
     template <class V>
     static constexpr V index_squared(const Parameters<V>& k, const Vec3<V>& q) {
         const V c = cos(k.seed), s = sin(k.seed), scale = 1.0 / k.correlation_length;
+        // q/L, rotated about z by `seed` radians.
         const Vec3<V> rotated{scale * c * q.x - scale * s * q.y, scale * s * q.x + scale * c * q.y, scale * q.z};
         V sum(0.0);
         for (const Wave& w : waves) {

@@ -1,4 +1,4 @@
-/// Compositions of semi-implicit Euler, Satoh (2003), eq. (9), and its adjoint, for steps of the length τ:
+/// Compositions of semi-implicit Euler, Satoh (2003), eq. (9), and its adjoint. Here τ is the length of a substep:
 ///
 ///     χ_τ :  p' = p − τ ∂K/∂q(q, p'),   q' = q + τ ∂K/∂p(q, p')
 ///     χ*_τ:  q' = q + τ ∂K/∂p(q', p),   p' = p − τ ∂K/∂q(q', p)
@@ -25,14 +25,14 @@ struct Composition {
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
     }
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         return {double(c.fractions.size()), 1, weight_of(c.fractions)};
     }
     /// Returns true if a half step is implicit. Explicit steps consist almost only of calls of the derivative programs,
     /// so sharing their code saves nothing.
     template <class System>
     static constexpr bool shareable() { return System::force_needs_p || System::velocity_needs_q; }
-    /// Stores ∂K/∂q as stage vector 0 and ∂K/∂p as stage vector 1: the gradients from which the implicit solves start.
+    /// Stores ∂K/∂q as stage vector 0 and ∂K/∂p as stage vector 1: the initial guesses of the implicit solves.
     template <class System, class V, int N>
     static void begin(const System& system, StepperState<V, N>& step, const Coefficients&) {
         PhaseGradient<V> g;

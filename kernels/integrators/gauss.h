@@ -20,22 +20,23 @@ struct Gauss {
     static constexpr MethodFamily family = MethodFamily::gauss;
     /// No stage lies at an end of the step.
     static constexpr bool stages_inside = true;
+    /// The memory is the rounding error of the state.
     static constexpr bool keeps_memory = true;
     template <class System>
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
-    /// Returns the numbers of operations. A sum over s stages takes 2 s − 1 operations per component of the gradient.
-    /// Each iteration also computes the state of every stage and the change of its derivatives. At the end of a step,
-    /// the compensated sum of the state takes 30 operations.
+    /// Returns the numbers of floating-point operations. A sum over s stages takes 2 s − 1 operations per component of
+    /// the gradient. Each iteration also computes the state of every stage and the change of its derivatives. At the
+    /// end of a step, the compensated sum of the state takes 30 operations.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         const double s = c.gauss->stages, sum = phase_size * (2 * s - 1);
         const double stage_state = 2 * phase_size, change = 2 * phase_size;
         return make_operations(program.derivatives + sum + stage_state + change,
                                program.event_functions + (s + 1) * sum + 30);
     }
-    /// The next step compensates the rounding error of the state, which therefore counts as 0.
-    static constexpr RoundingCounts roundings(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
+    /// The next step compensates the rounding error of the state, so the number of roundings of the state is 0.
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) { return {0, double(c.gauss->stages), 1}; }
 
     /// Sets the derivatives at every stage to those at the start, as the initial guess of the first step.
     template <class System, class V, int N>
@@ -154,7 +155,7 @@ private:
     /// compiler can keep the original in registers.
     template <class System, class V, int N, class S>
     static void solve_unconverged(const System& system, StepperState<V, N>& step, const GaussNumbers<S>& w, int s,
-                           PhaseGradient<V> (&g)[stage_capacity]) {
+                                  PhaseGradient<V> (&g)[stage_capacity]) {
         PhaseGradient<V> copy[stage_capacity];
         std::copy(&g[0][0], &g[0][0] + phase_size * s, &copy[0][0]);
         SharedSolvers<V, N>::newton_stages(as_called<V>(system), step, w, s, &copy[0][0], phase_size, 1);
@@ -170,8 +171,8 @@ private:
         sum(g, w.b, s, total);
         step.end.pt() = step.start.pt();
         for (int k = 0; k < phase_size; ++k) {
-            const V &slope = total[conjugate(k)], &rounding_error = step.start.stepper_memory[k];
-            const V change = k < space_size ? fma(step.h, slope, rounding_error) : fnma(step.h, slope, rounding_error);
+            const V &gradient = total[conjugate(k)], &rounding = step.start.stepper_memory[k];
+            const V change = k < space_size ? fma(step.h, gradient, rounding) : fnma(step.h, gradient, rounding);
             step.end.y[k] = step.start.y[k] + change;
             step.end.stepper_memory[k] = change - (step.end.y[k] - step.start.y[k]);
         }

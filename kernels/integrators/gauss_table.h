@@ -63,8 +63,8 @@ constexpr __float128 lagrange(const __float128 (&c)[s], int j, __float128 x) {
     return product;
 }
 
-/// Computes the coefficients of Lagrange polynomial j in the Bernstein basis of degree s − 1, by multiplying its linear
-/// factors.
+/// Computes the coefficients of Lagrange polynomial j in the Bernstein basis of degree s − 1. Its linear factors
+/// x − c_k, with the Bernstein coefficients −c_k and 1 − c_k, are multiplied one after another.
 template <int s>
 constexpr void bernstein_of_lagrange(const __float128 (&c)[s], int j, __float128 (&coefficient)[s]) {
     coefficient[0] = 1;
@@ -73,9 +73,9 @@ constexpr void bernstein_of_lagrange(const __float128 (&c)[s], int j, __float128
         if (k == j) continue;
         ++degree;
         for (int i = degree; i >= 0; --i) {
-            const __float128 at_0 = i < degree ? (degree - i) * coefficient[i] * -c[k] : __float128(0);
-            const __float128 at_1 = i > 0 ? i * coefficient[i - 1] * (1 - c[k]) : __float128(0);
-            coefficient[i] = (at_0 + at_1) / (degree * (c[j] - c[k]));
+            const __float128 from_0 = i < degree ? (degree - i) * coefficient[i] * -c[k] : __float128(0);
+            const __float128 from_1 = i > 0 ? i * coefficient[i - 1] * (1 - c[k]) : __float128(0);
+            coefficient[i] = (from_0 + from_1) / (degree * (c[j] - c[k]));
         }
     }
 }
@@ -102,7 +102,8 @@ constexpr GaussTable<s> make_gauss_table() {
         }
     }
     for (int j = 0; j < s; ++j) {
-        // The derivative of the collocation polynomial with respect to f(Y_j) is the integral of Lagrange polynomial j.
+        // The derivative of the collocation polynomial with respect to f(Y_j) is h times the integral of Lagrange
+        // polynomial j. Integration turns Bernstein coefficients into their partial sums, divided by s.
         __float128 bernstein[s]{}, sum = 0;
         bernstein_of_lagrange<s>(t.c, j, bernstein);
         for (int i = 0; i < s; ++i) t.control[i][j] = sum += bernstein[i] / s;
@@ -123,11 +124,11 @@ template <class S>
 struct GaussNumbers {
     S a[max_stages][max_stages], b[max_stages], extrapolation[max_stages][max_stages], control[max_stages][max_stages];
 };
-/// The coefficients in all precisions. They are rounded at compile time, because a conversion from quadruple precision
-/// at run time is a library call.
+/// The coefficients for one number of stages in all precisions. They are rounded at compile time, because a conversion
+/// from quadruple precision at run time is a library call.
 struct GaussTableau {
     int stages;
-    GaussNumbers<__float128> exact;
+    GaussNumbers<__float128> in_quadruple;
     GaussNumbers<double> in_double;
     GaussNumbers<float> in_float;
 
@@ -136,7 +137,7 @@ struct GaussTableau {
     constexpr const GaussNumbers<S>& numbers() const {
         if constexpr (std::is_same_v<S, double>) return in_double;
         else if constexpr (std::is_same_v<S, float>) return in_float;
-        else return exact;
+        else return in_quadruple;
     }
 };
 

@@ -14,7 +14,8 @@ class Convergence {
 public:
     static constexpr int max_iterations = 60;
 
-    /// Initialises the test. Changes are measured relative to |q|₁ + |h dq/dτ|₁ and |p|₁ at the start of the step.
+    /// Initialises the test. Changes of q are measured relative to |q|₁ + |h dq/dτ|₁ at the start of the step, and
+    /// changes of p relative to |p|₁ there.
     template <int N>
     KAGERO_INLINE explicit Convergence(const StepperState<V, N>& step)
         : Convergence(step.start, step.h, step.start.velocity, step.options.solver_tolerance) {}
@@ -27,7 +28,7 @@ public:
 
     /// Returns the lanes that have not converged.
     KAGERO_INLINE const MaskOf<V>& unconverged() const { return unconverged_; }
-    /// Returns the relative size of a change of q and p, from the greatest components of the changes of q and of p.
+    /// Returns the relative size of a change of q and p. The arguments are the greatest components of both changes.
     KAGERO_INLINE V relative(const V& change_q, const V& change_p) const {
         return max(change_q * inverse_q_, change_p * inverse_p_);
     }
@@ -57,7 +58,7 @@ public:
     /// Returns the lanes in which a change is so small that it may consist of rounding errors alone.
     KAGERO_INLINE MaskOf<V> may_be_rounding(const V& change) const { return change <= V(S(64) * epsilon); }
 
-    /// Marks lanes as not converged, because their solution cannot be trusted.
+    /// Marks lanes as not converged, because their solution may be the wrong one.
     KAGERO_INLINE void mark_unconverged(const MaskOf<V>& lanes) { unconverged_ = unconverged_ | lanes; }
 
 private:

@@ -29,11 +29,11 @@ KAGERO_INLINE MaskOf<V> eigenvalues_positive(const V (&j)[9], const V& determina
     return (trace > zero) & (determinant > zero) & (trace * minors > determinant);
 }
 
-/// Solves x = p − τ ∂K/∂q(q, x) for a kick, or x = q + τ ∂K/∂p(x, p) for a drift, from the initial guess x. The
-/// Jacobian of the residual is I + τ M for a kick and I − τ Mᵀ for a drift, where M = ∂²K/∂q∂p. As τ grows from 0, the
-/// solution moves continuously away from p or q, and the eigenvalues of the Jacobian at the solution keep positive real
-/// parts. The real parts are required to be positive at the initial guess and at every iterate. Otherwise the iteration
-/// could converge to another solution.
+/// Solves x = p − τ ∂K/∂q(q, x) for a kick, or x = q + τ ∂K/∂p(x, p) for a drift, from the initial guess x; τ is the
+/// length of the half step. The Jacobian of the residual is I + τ M for a kick and I − τ Mᵀ for a drift, where
+/// M = ∂²K/∂q∂p. As τ grows from 0, the solution moves continuously away from p or q, and the eigenvalues of the
+/// Jacobian at the solution keep positive real parts. The real parts are required to be positive at the initial guess
+/// and at every iterate. Otherwise the iteration could converge to another solution.
 template <class V, int N>
 Vec3<V> SharedSolvers<V, N>::newton(HalfStep half, const CalledSystem<V, N>& system, StepperState<V, N>& step,
                              const Vec3<V>& q, const Vec3<V>& p, const V& tau, Vec3<V> x) {

@@ -14,8 +14,8 @@ namespace kagero {
 /// Solver for the stages of one ray: g_i = ∂K/∂(q, p) at start + h Σ_j a_ij (∂K/∂p, −∂K/∂q)_j. The initial guess of
 /// every g_i is the gradient at the start. The Jacobian is the identity at h = 0, and its determinant stays positive
 /// along the solution that is a continuous function of h. The solver fails if the determinant is not positive, or if a
-/// correction is more than half of the previous correction (Deuflhard 2004, §2.1). Both tests prevent convergence to
-/// another solution.
+/// correction is more than half of the previous correction (Deuflhard 2004, §2.1) and too large to be a rounding error.
+/// Both tests prevent convergence to another solution.
 template <class V, int N, class S = ScalarOf<V>>
 class StageNewton {
 public:
@@ -31,7 +31,7 @@ public:
         S previous(0);
         while (iterations_ < max_iterations && convergence_.unconverged()) {
             linearise();
-            if (!solve_linear(phase_size * s_, matrix_, residual_)) return false;  // no positive determinant
+            if (!solve_linear(phase_size * s_, matrix_, residual_)) return false;  // determinant ≤ 0
             const S change = correct();
             if (iterations_++ > 0 && !(change <= S(0.5) * previous)) return convergence_.may_be_rounding(change);
             previous = change;
@@ -79,15 +79,15 @@ private:
     /// Adds the correction to the stages and returns its relative size. The linear solve has replaced the residual by
     /// the correction.
     S correct() {
-        S q(0), p(0);
+        S change_q(0), change_p(0);
         for (int i = 0; i < s_; ++i)
             for (int k = 0; k < phase_size; ++k) {
                 const S correction = residual_[row(i, k)];
                 g_[i][k] += correction;
-                S& greatest = k < space_size ? p : q;
+                S& greatest = k < space_size ? change_p : change_q;
                 greatest = max(greatest, abs(correction));
             }
-        return convergence_.relative(abs(h_) * q, abs(h_) * p);
+        return convergence_.relative(abs(h_) * change_q, abs(h_) * change_p);
     }
 
     const CalledSystem<V, N>& system_;
@@ -115,11 +115,11 @@ void SharedSolvers<V, N>::newton_stages(const CalledSystem<V, N>& system, Steppe
         const Vec3<S> velocity{in_lane(v.x), in_lane(v.y), in_lane(v.z)};
         const S h = in_lane(step.h);
         StageNewton<V, N> newton(system, start, h, w, s, {start, h, velocity, step.options.solver_tolerance});
-        const bool done = newton.solve();
+        const bool converged = newton.solve();
         set_lane(step.gradients, lane, in_lane(step.gradients) + S(2 * s * newton.iterations()));
         set_lane(step.lane_iterations, lane, in_lane(step.lane_iterations) + S(newton.iterations()));
         max_iterations = std::max(max_iterations, newton.iterations());
-        if (!done) continue;
+        if (!converged) continue;
         solved |= std::uint64_t(1) << lane;
         for (int i = 0; i < s; ++i)
             for (int k = 0; k < phase_size; ++k)

@@ -1,5 +1,5 @@
 /// Explicit Runge–Kutta methods with a fixed step, or with step control in each lane. They are not symplectic. They are
-/// used for comparison, and for rays that pass the region in which light bends only once.
+/// used for comparison, and for rays that pass only once through the region in which light bends.
 #pragma once
 
 #include "kernels/integrators/carried.h"
@@ -16,6 +16,7 @@ struct RungeKutta {
     static constexpr const char* refusal() { return nullptr; }
     template <class System>
     static constexpr bool shareable() { return true; }
+    /// Every nonzero coefficient takes a product and a sum per component of the gradient.
     static Operations operations(const Coefficients& c, const ProgramOperations& program) {
         double products = 0;
         for (int i = 0; i < c.table->stages; ++i) {
@@ -24,7 +25,7 @@ struct RungeKutta {
         }
         return make_operations(program.derivatives, program.event_functions + 2 * phase_size * products);
     }
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         double weight = 0;
         for (int i = 0; i < c.table->stages; ++i) weight += c.table->b[i] < 0 ? -c.table->b[i] : c.table->b[i];
         return {1, double(c.table->stages), weight};
@@ -85,9 +86,9 @@ private:
         return n == 8 ? recip(sqrt(sqrt(sqrt(x)))) : exp(log(x) * V(ScalarOf<V>(-1.0 / n)));
     }
 
-    /// Applies elementary step control in each lane (Hairer, Nørsett & Wanner 1993, §II.4). A step whose estimated
-    /// local error exceeds the tolerance, relative to 1 + |value|, is rejected. The suggested length of the next step
-    /// aims at the tolerance with a safety factor.
+    /// Applies elementary step control in each lane (Hairer, Nørsett & Wanner 1993, §II.4). The local error of each
+    /// component is estimated relative to 1 plus its absolute value. A step is rejected if the greatest of these errors
+    /// exceeds the tolerance. The suggested length of the next step aims at the tolerance with a safety factor.
     template <class V, int N>
     KAGERO_INLINE static void control(StepperState<V, N>& step, const PhaseGradient<V> (&g)[max_rk_stages],
                                       const ButcherTable& table) {

@@ -19,7 +19,7 @@ template <class V, int N = default_carried>
 struct SharedSolvers {
     using S = ScalarOf<V>;
 
-    /// Solves one implicit half step by Newton's method (newton.h).
+    /// Solves one implicit half step by Newton's method from the initial guess x (newton.h).
     static Vec3<V> newton(HalfStep half, const CalledSystem<V, N>& system, StepperState<V, N>& step, const Vec3<V>& q,
                           const Vec3<V>& p, const V& tau, Vec3<V> x);
     /// Solves the s stages of a Gauss step by Newton's method (newton_stages.h). Component k of ∂K/∂(q, p) at stage i

@@ -7,7 +7,7 @@
 #include "kernels/integrators/newton_stages.h"
 #include "kernels/integrators/runge_kutta.h"
 
-/// Instantiates the shareable steppers for one value type.
+/// Instantiates the shareable steppers for one value type; Gauss<0> reads its number of stages from its coefficients.
 #define KAGERO_SHARED_STEPPERS(...)                         \
     template struct SharedStepper<Composition, __VA_ARGS__>; \
     template struct SharedStepper<RungeKutta, __VA_ARGS__>;  \

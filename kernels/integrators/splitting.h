@@ -6,8 +6,8 @@
 
 namespace kagero {
 
-/// Stepper for K = ½|p|² + V(q), with or without time rescaling: drift q += t p, kick p −= t ∂V/∂q. The fractions are
-/// those of the Runge–Kutta–Nyström methods of Blanes & Moan (2002).
+/// Stepper for K = ½|p|² + V(q), with or without time rescaling. A substep of length t is a drift q += t p or a kick
+/// p −= t ∂V/∂q. The fractions are those of the Runge–Kutta–Nyström methods of Blanes & Moan (2002).
 struct Nystroem {
     static constexpr MethodFamily family = MethodFamily::nystroem;
     template <class System>
@@ -20,7 +20,7 @@ struct Nystroem {
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
     }
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         return {0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
     }
     static constexpr bool steps_without_begin = true;
@@ -92,8 +92,8 @@ struct ExactSplit {
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
     }
-    /// The flow of R changes both q and p. Each substep is counted as two roundings of the state.
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    /// Each substep is counted as two roundings of the state, because the flow of R changes both q and p.
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         return {2.0 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
     }
     static constexpr bool steps_without_begin = true;

@@ -25,11 +25,11 @@ struct RayState : State<V> {
     Vec3<V> velocity;                                        ///< dq/dτ
     V parameter;                                             ///< λ, the first carried quantity
     [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< carried quantities besides λ
-    V squared_energy_terms;                                          ///< EventFunctions::terms
+    V squared_energy_terms;                                  ///< EventFunctions::squared_energy_terms
     V domain;                                                ///< ≤ 0 where the ray has left the medium
     V captured;                                              ///< ≤ 0 where the ray is captured
-    V switching;        ///< switching function; changes sign where H is not smooth
-    V max_step_length;  ///< greatest permitted length of a step that starts in this state
+    V switching;        ///< switching function; changes sign where H or its derivatives jump
+    V max_step_length;  ///< greatest permitted |h dq/dτ| of a step h that starts in this state
     /// Memory of the stepper. Gauss methods store the rounding error of the state; orbit methods store L, u, du/dφ and
     /// a tangential vector (OrbitMemory). Before `begin` of an orbit method, the memory contains the rounding errors of
     /// position and momentum.
@@ -89,7 +89,7 @@ struct StepEnd {
     }
 };
 
-/// Options of a step: which data it computes, and its tolerances. Most members are copies of members of Job.
+/// Options of a step: the data that are computed, and the tolerances. Most members are copies of members of Job.
 template <class V>
 struct StepOptions {
     bool compute_carried = false;       ///< compute λ and the further carried quantities
@@ -100,7 +100,7 @@ struct StepOptions {
     ScalarOf<V> capture_radius = std::numeric_limits<ScalarOf<V>>::infinity();  ///< see Job::capture_radius
     ScalarOf<V> capture_stretch = 1;                                            ///< see Job::capture_stretch
     ScalarOf<V> solver_tolerance{};  ///< relative tolerance of implicit equations; 0: iterate until rounding
-    ScalarOf<V> tolerance{};         ///< permitted local error of adaptive methods, relative to 1 + |value|
+    ScalarOf<V> tolerance{};         ///< permitted local error of adaptive methods (RungeKutta::control)
 };
 
 /// A step: its start, length and end.
@@ -108,7 +108,7 @@ template <class V, int N = default_carried>
 struct Step : StepEnd<V, N> {
     // Set by the tracing loop, for the next call of the stepper.
     RayState<V, N> start;
-    V h;  ///< step length in τ; 0 in inactive lanes, whose state then does not change
+    V h;  ///< step length in τ, or in radians for orbit methods; 0 in inactive lanes, whose state then does not change
     StepOptions<V> options;
 
     // Set by the stepper, in addition to `end`.
@@ -152,9 +152,9 @@ struct StepperState : Step<V, N> {
 /// Integration of rays to the escape sphere without event detection, for rays that cannot meet a surface.
 template <class V>
 struct EscapeIntegration {
-    V h;                      ///< step length; 0 in inactive lanes
+    V h;                      ///< requested step length; 0 in inactive lanes
     double radius;            ///< radius of the escape sphere
-    std::uint32_t max_steps;  ///< greatest number of steps
+    std::uint32_t max_steps;  ///< the number of steps of each ray stays below this limit
     // Set by the stepper.
     MaskOf<V> arrived;                    ///< lanes whose final state lies on the escape sphere
     V steps;                              ///< number of steps of each ray

@@ -30,6 +30,7 @@ struct ClearBox {
     std::uint64_t update(const ClearanceGrid& grid, const Vec3<V>& q, std::uint64_t lanes);
 
 private:
+    /// Returns the vector whose components are the greatest finite number.
     static Vec3<V> largest() {
         const V most(std::numeric_limits<ScalarOf<V>>::max());
         return {most, most, most};
@@ -41,8 +42,8 @@ private:
 /// bounds on the derivative of the curve.
 template <class V>
 Extent<V> min_times_per_length(const Extent<V>& speeds) {
-    const V least(std::numeric_limits<ScalarOf<V>>::min() * 4);
-    const auto time = [&least](const V& speed) { return V(ScalarOf<V>(1)) / max(speed, least); };
+    const V min_speed(std::numeric_limits<ScalarOf<V>>::min() * 4);  // its reciprocal does not overflow
+    const auto time = [&min_speed](const V& speed) { return V(ScalarOf<V>(1)) / max(speed, min_speed); };
     const Vec3<V>&down = speeds.lower, &up = speeds.upper;
     return {{time(-down.x), time(-down.y), time(-down.z)}, {time(up.x), time(up.y), time(up.z)}};
 }
@@ -57,7 +58,8 @@ V clear_box_at(const ClearanceGrid& grid, const Vec3<V>& q) {
     V cell[3], max_excess = zero, side_index = zero;
     for (int k = 0; k < 3; ++k) {
         const V last(S(grid.cells[k] - 1));
-        const V coordinate = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);  // whole at cell centres
+        // Coordinate in cells: an integer at cell centres.
+        const V coordinate = fms(at[k] - V(S(grid.origin[k])), V(S(1 / grid.cell[k])), half);
         cell[k] = nearest_integer(min(select(coordinate > zero, coordinate, zero), last));  // 0 for NaN
         const V below = -half - coordinate, above = coordinate - last - half;
         side_index = select(below > max_excess, V(S(2 * k)), side_index);
@@ -76,6 +78,8 @@ std::uint64_t ClearBox<V>::update(const ClearanceGrid& grid, const Vec3<V>& q, s
     const std::uint64_t changing = lanes & to_bits(abs(box_here - box_index) > V(S(0.5)));
     if (!changing) return 0;
     const MaskOf<V> changes = from_bits<V>(changing);
+    // Returns the lower (bound_index 0) or upper (1) bounds of the new boxes along axis k, and `old_bound` in the lanes
+    // whose box does not change.
     const auto bound = [&](int bound_index, int k, const V& old_bound) {
         const V cells = look_up(grid.boxes, V(S(3 * bound_index + k)), box_here, V(S(0)), 6, 1);
         return select(changes, fma(V(S(grid.cell[k])), cells, V(S(grid.origin[k]))), old_bound);

@@ -29,11 +29,13 @@ using EmbreePacket = RTCRayHit4;
 /// Mask with one bit for each ray of an Embree packet.
 inline constexpr std::uint64_t all_in_packet = (std::uint64_t(1) << embree_width) - 1;
 
-/// W segments org + t·dir with t in [near, 1], in Embree's coordinates, and their first intersections.
+/// W segments org + t·dir with t in [near, 1], in Embree's coordinates (see struct Geometry), and their first
+/// intersections.
 template <int W>
 struct Segments {
     float org[3][W], dir[3][W], near[W];
-    // Results, valid in the lanes that the query returns: parameter t, Embree's geometry and primitive.
+    // Results, valid in the lanes that the query returns: the parameter t of the intersection, and the indices of its
+    // surface and primitive.
     float t[W];
     std::uint32_t surface[W] = {}, primitive[W] = {};
 };
@@ -133,8 +135,8 @@ std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Intersect
     return hits;
 }
 
-/// Queries lanes [first, first + embree_width) as one packet. Returns the lanes that hit. Inactive lanes get an empty,
-/// finite ray, because Embree ignores `valid` for packet widths that are not native.
+/// Queries lanes [first, first + embree_width) as one packet. Returns the lanes that hit. Inactive lanes get an empty
+/// ray with finite coordinates, because Embree ignores `valid` for packet widths that are not native.
 template <int W>
 std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
     alignas(64) EmbreePacket r;
@@ -169,7 +171,7 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
 inline constexpr int single_query_limit = 3;
 
 /// Returns true if Embree accepts the segment. Embree terminates the process if a coordinate is not finite, if its
-/// square may overflow in float, or if `near` is negative.
+/// magnitude exceeds about 1.8e18, or if `near` is negative.
 template <int W>
 bool is_legal_segment(const Segments<W>& s, int lane) {
     constexpr float largest = 1.8e18f;

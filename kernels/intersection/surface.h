@@ -22,34 +22,34 @@ struct LevelSet {
     }
     /// Returns g(q).
     KAGERO_INLINE V value(const Vec3<V>& q) const {
-        const V above = dot(normal, q) - d;
-        if (!curved) return above;
+        const V plane_value = dot(normal, q) - d;
+        if (!curved) return plane_value;
         const Vec3<V> e = q - center;
-        return a * (dot(e, e) - radius2) + above;
+        return a * (dot(e, e) - radius2) + plane_value;
     }
     /// Returns the derivative of g at q along v, v·∇g.
     KAGERO_INLINE V slope(const Vec3<V>& q, const Vec3<V>& v) const {
-        const V along = dot(normal, v);
-        return curved ? (a + a) * dot(q - center, v) + along : along;
+        const V plane_slope = dot(normal, v);
+        return curved ? (a + a) * dot(q - center, v) + plane_slope : plane_slope;
     }
 
     /// Intersection of the line q + s·v with a level set.
     struct LineIntersection {
-        V length;          ///< The parameter s of the intersection.
+        V line_parameter;  ///< The value of s at the intersection.
         MaskOf<V> misses;  ///< Lanes whose line misses the sphere; s is then that of the point nearest to the centre.
     };
     /// Returns the intersection of the line q + s·v with the surface. For a sphere, lanes of `decreasing` get the
     /// intersection at which g decreases along v (entry), the other lanes the one at which g increases (exit).
     KAGERO_INLINE LineIntersection intersect_line(const Vec3<V>& q, const Vec3<V>& v,
                                                   const MaskOf<V>& decreasing) const {
-        const V zero(ScalarOf<V>(0)), plane_length = (d - dot(normal, q)) / dot(normal, v);
-        if (!curved) return {plane_length, no_lanes<V>()};
+        const V zero(ScalarOf<V>(0)), plane_parameter = (d - dot(normal, q)) / dot(normal, v);
+        if (!curved) return {plane_parameter, no_lanes<V>()};
         const MaskOf<V> is_sphere = abs(a) > zero;
         const Vec3<V> e = q - center;
         const V inverse = recip(dot(v, v)), middle = -dot(e, v) * inverse;
         const Vec3<V> nearest = advance(e, middle, v);
         const V half2 = (radius2 - dot(nearest, nearest)) * inverse, half = sqrt(max(half2, zero));
-        return {select(is_sphere, middle + select(decreasing, -half, half), plane_length),
+        return {select(is_sphere, middle + select(decreasing, -half, half), plane_parameter),
                 MaskOf<V>(is_sphere & (half2 < zero))};
     }
 
@@ -67,9 +67,9 @@ struct LevelSet {
         set(one.normal.z, other.normal.z);
     }
     /// Copies the surfaces of `lanes` from another level set.
-    void assign_lanes(const MaskOf<V>& lanes, const LevelSet& from) {
-        for_each_coefficient(*this, from, [&lanes](V& own, const V& other) { own = select(lanes, other, own); });
-        curved |= from.curved;
+    void assign_lanes(const MaskOf<V>& lanes, const LevelSet& source) {
+        for_each_coefficient(*this, source, [&lanes](V& own, const V& other) { own = select(lanes, other, own); });
+        curved |= source.curved;
     }
 };
 
@@ -80,7 +80,7 @@ LevelSet<V> sphere_level_set(const V& radius) {
     return {V(ScalarOf<V>(0.5)) / radius, radius * radius, {zero, zero, zero}, {zero, zero, zero}, zero, true};
 }
 
-/// Returns the plane of triangle `primitive` if the surface is a mesh, else the sphere.
+/// Returns the plane of triangle `primitive` if the surface is a mesh, else the sphere that the surface is.
 inline LevelSet<double> level_set_of(const Surface& surface, std::uint32_t primitive) {
     if (surface.kind == Surface::Kind::sphere) {
         const double* c = surface.center;
@@ -90,7 +90,8 @@ inline LevelSet<double> level_set_of(const Surface& surface, std::uint32_t primi
     return {0, 0, {0, 0, 0}, {plane[0], plane[1], plane[2]}, plane[3], false};
 }
 
-/// Returns the surfaces that `lanes` have hit, one for each lane. Other lanes get the surface of the lowest of `lanes`.
+/// Returns the surfaces that `lanes` have hit, one for each lane. Other lanes get the surface of the lowest lane in
+/// `lanes`.
 template <class V, int W = lane_count<V>>
 LevelSet<V> level_sets_of(const Surface* surfaces, const std::uint32_t (&surface)[W],
                           const std::uint32_t (&primitive)[W], std::uint64_t lanes) {
@@ -100,7 +101,7 @@ LevelSet<V> level_sets_of(const Surface* surfaces, const std::uint32_t (&surface
     for (int i = 0; i < W; ++i) differences |= (surface[i] ^ surface[first]) | (primitive[i] ^ primitive[first]);
     const LevelSet<double> g = level_set_of(surfaces[surface[first]], primitive[first]);
     LevelSet<V> level_sets;
-    LevelSet<V>::for_each_coefficient(level_sets, g, [](V& number, double in_all) { number = V(S(in_all)); });
+    LevelSet<V>::for_each_coefficient(level_sets, g, [](V& number, double value) { number = V(S(value)); });
     level_sets.curved = g.curved;
     for (const int i : lanes_in(differences ? lanes : 0)) {
         if (surface[i] == surface[first] && primitive[i] == primitive[first]) continue;
@@ -112,17 +113,19 @@ LevelSet<V> level_sets_of(const Surface* surfaces, const std::uint32_t (&surface
     return level_sets;
 }
 
-/// Returns the fraction of the segment a → b at which the segment meets the surface. If it meets a sphere twice, the
-/// intersection nearest to the fraction `near` is returned; without intersection, `near` itself. For a hit, `near` is
-/// the fraction that Embree found in float. Refinement starts at the returned fraction, so that no result depends on
-/// the rounding of Embree's query.
+/// Returns the fraction s at which the line a + s (b − a) meets the surface. If the line meets a sphere twice, the
+/// intersection nearest to s = `near` is returned; without an intersection, `near` itself. For a hit, `near` is the
+/// fraction that Embree found in float. Refinement starts at the returned fraction, so that no result depends on the
+/// rounding of Embree's query.
 template <class V>
 V chord_fraction(const LevelSet<V>& g, const Vec3<V>& a, const Vec3<V>& b, const V& near) {
     const V zero(ScalarOf<V>(0));
     const Vec3<V> d = b - a;
-    const V linear = dot(g.normal, d), on_plane = select(abs(linear) > zero, -g.value(a) / linear, near);
+    const V plane_slope = dot(g.normal, d);
+    const V on_plane = select(abs(plane_slope) > zero, -g.value(a) / plane_slope, near);
     if (!g.curved) return on_plane;
-    // Starting at the point nearest to the centre avoids cancellation for a segment that comes from far away.
+    // The intersections are computed from the point of the line that is nearest to the centre. This avoids cancellation
+    // if a is far away from the sphere.
     const Vec3<V> e = a - g.center;
     const V length2 = dot(d, d), middle = -dot(e, d) / length2;
     const Vec3<V> nearest = advance(e, middle, d);

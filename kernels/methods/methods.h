@@ -4,16 +4,17 @@
 /// A stepper is a struct with these static functions and constants:
 ///   family                                family of methods that the stepper belongs to.
 ///   refusal<System>()                     nullptr if the stepper supports the system, else the reason why not.
-///   begin(system, step, coefficients)     initialises step.stage at the start of rays.
+///   begin(system, step, coefficients)     initialises step.stage and the stepper's memory at the start of rays.
 ///   step(system, step, coefficients)      performs a step of length step.h from step.start: sets end, solved and the
 ///                                         carried quantities, and counts gradients; adaptive methods also set
 ///                                         accepted and suggested_length.
 ///   operations(coefficients, program)     floating-point operations per gradient and per step; `program` contains
 ///                                         those of the programs of H.
-///   roundings(coefficients)               number of roundings per step.
+///   rounding_counts(coefficients)         numbers of roundings per step.
 /// These members are optional. A constant need only be declared; its value is not used:
 ///   curve<V>                              dense output of the method; the default is the cubic Hermite curve.
-///   steps_without_begin                   a step of a new length, or from a new state, needs no call of `begin` first.
+///   steps_without_begin                   a step of a new length, or from a new state of a ray, needs no call of
+///                                         `begin` first; only the start of a ray needs it.
 ///   keeps_memory                          RayState::stepper_memory is passed from step to step.
 ///   stages_inside                         the stepper evaluates no derivative at the ends of a step, where the
 ///                                         gradient of H may be discontinuous.
@@ -34,6 +35,7 @@
 namespace kagero {
 
 /// The list of steppers. Each is compiled once per Hamiltonian that it supports, or once for all called systems.
+/// Gauss<0> supports every number of stages.
 #define KAGERO_STEPPERS(X)                                                                                            \
     X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)    \
     X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_4_stages, Gauss<4>)
@@ -215,7 +217,7 @@ inline Operations operations_of(const Method& method, const ProgramOperations& p
 }
 /// Returns the numbers of roundings of a method in one step.
 constexpr RoundingCounts rounding_counts_of(const Method& method) {
-    return visit_kind(method.kind, [&]<class Stepper>() { return Stepper::roundings(method.coefficients); });
+    return visit_kind(method.kind, [&]<class Stepper>() { return Stepper::rounding_counts(method.coefficients); });
 }
 
 }  // namespace kagero

@@ -21,13 +21,13 @@ struct Straight {
 
 namespace detail {
 
-/// Greatest permitted |K| at the end of a step, relative to the square root of squared_energy_terms. A greater error
-/// means that the end of the step lies on a different ray.
+/// Greatest permitted |K| at the end of a step, relative to the square root of squared_energy_terms. If |K| is
+/// greater, the end of the step lies on a different ray.
 template <class S>
 inline constexpr S max_energy_error = S(0.03);
 
-/// Evaluates the event functions at a state, and H if options.compute_energy is set. `terms_before` is the value of
-/// squared_energy_terms at the start of the step. The function is not inlined, so that all steppers share its code.
+/// Evaluates the event functions at the state `at`, and H if options.compute_energy is set. `terms_before` is the value
+/// of squared_energy_terms at the start of the step. The function is not inlined, so that all steppers share its code.
 template <class System, class V>
 __attribute__((noinline)) void evaluate_event_functions(const System& system, StepperState<V>& step, RayState<V>& at,
                                                         const V& terms_before) {
@@ -43,13 +43,13 @@ __attribute__((noinline)) void evaluate_event_functions(const System& system, St
         const Vec3<V> q = at.q(), stretched{q.x, q.y, V(step.options.capture_stretch) * q.z};
         at.captured = max(at.captured, norm(stretched) - V(step.options.capture_radius));
     }
-    // The error is relative to the greater of the terms at both ends, because p may vanish where a ray turns back.
+    // The error is relative to the greater terms of both ends of the step, because p may vanish where a ray turns back.
     const V terms = max(values.squared_energy_terms, terms_before);
     const MaskOf<V> finite = terms - terms <= V(S(0));
     step.energy_is_conserved = (values.energy_residual * values.energy_residual <=
                                 V(max_energy_error<S> * max_energy_error<S>) * terms) & finite;
     if (step.options.compute_energy_error) step.energy_error = abs(values.energy_residual) / values.energy_scale;
-    if (step.options.compute_energy) step.energy = system.energy(at) + V(S(system.level()));
+    if (step.options.compute_energy) step.energy = system.unscaled_energy_residual(at) + V(S(system.level()));
 }
 
 /// Evaluates the event functions at the end of a step.
@@ -87,6 +87,7 @@ const auto& system_for(const SystemStorage& storage) {
 template <class System, class Stepper, class V>
 void begin(const SystemStorage& storage, StepperState<V>& step, const Coefficients& coefficients) {
     const auto& system = system_for<System, Stepper>(storage);
+    // The system is passed as for `Straight`: as the same base class for all steppers, which then share the code.
     evaluate_start(system_for<System, Straight>(storage), step);
     if constexpr (is_shared<System, Stepper>())
         SharedStepper<Stepper, V>::begin(as_called<V>(system), step, coefficients);
@@ -115,7 +116,7 @@ void integrate_to_escape(const SystemStorage& storage, StepperState<V>& step, co
 }
 
 /// Returns nullptr if the stepper supports the system, else the reason why not. Steps end at a discontinuity of the
-/// gradient of H. A gradient that is evaluated there may be that of the wrong side.
+/// gradient of H. A gradient that is evaluated at the discontinuity may be that of the wrong side.
 template <class System, class Stepper>
 constexpr const char* refusal() {
     if constexpr (System::discontinuous && !requires { Stepper::stages_inside; })

@@ -10,14 +10,14 @@
 
 namespace kagero {
 
-/// Data that all packets of a call share.
+/// Data that all packets of a kernel call share.
 template <class V>
 struct Task {
     const Job& job;
     const Method& method;
     bool straight;             ///< all rays are straight
     bool keeps_memory;         ///< RayState::stepper_memory is passed from step to step
-    bool steps_without_begin;  ///< a step of a new length, or from a new state, needs no call of `begin` before it
+    bool steps_without_begin;  ///< `begin` is needed only at the start of a ray (methods.h)
     bool corrects_by_kutta;    ///< correction steps use the classical Runge–Kutta method of Kutta
     const SpaceKernel<V>& kernel;
     /// Returns the dense output of the method; nullptr if dense output is the cubic Hermite curve.
@@ -56,8 +56,8 @@ struct Task {
     /// Performs a correction step, whose length is the error of the dense output at an event. A method of order four is
     /// accurate enough for the following reason. Suppose that a step covers the fraction x of the radius of convergence
     /// of the solution. The cubic Hermite curve then has an error of about x⁴/16 of the step (Hairer, Nørsett & Wanner
-    /// 1993, §II.6). Over this distance, a method of order four has an error of x²⁵/10⁶, which is less than the error
-    /// of any method in `methods` over the whole step.
+    /// 1993, §II.6). A correction step of this length has an error of about x²⁵/10⁶ of that radius, which is less than
+    /// the error of any method in `methods` over the whole step.
     void correction_step(StepperState<V>& step) const {
         if (corrects_by_kutta)
             kernel.step[static_cast<int>(StepperKind::runge_kutta)](system, step, {.table = &kutta4});

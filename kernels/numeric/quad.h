@@ -1,7 +1,8 @@
 /// Quadruple precision as a value type, for measurements of convergence orders beyond the precision of double.
 ///
-/// The relative errors of the functions are some tens of units in the last place. For sin, cos and tan this bound holds
-/// for the absolute error, and only for moderate arguments. The functions are slow and do not handle overflow.
+/// The relative errors of the functions are some tens of units in the last place. For sin and cos, this holds for the
+/// absolute error, in units in the last place of 1, if the argument is moderate. tan is sin/cos. The functions are slow
+/// and do not handle overflow.
 #pragma once
 
 #include "kernels/simd/circular.h"
@@ -50,9 +51,9 @@ inline Quad taylor(Quad x, int lowest_power) {
 inline Quad circular(Quad a, int quarters) {
     Quad remainder;
     const int quarter_turns = reduce(a, 1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33, remainder);
-    const int k = (quarter_turns + quarters) & 3;  // the quadrant
-    const Quad value = taylor(remainder, k % 2 == 0);
-    return k >= 2 ? -value : value;
+    const int quadrant = (quarter_turns + quarters) & 3;
+    const Quad value = taylor(remainder, quadrant % 2 == 0);  // the sine in even quadrants, the cosine in odd ones
+    return quadrant >= 2 ? -value : value;
 }
 }  // namespace detail
 

@@ -22,17 +22,18 @@ struct MomentumExpansion {
     Matrix<4> hessian;               ///< ∂²H/∂p_a∂p_b, which does not depend on p
 };
 
-/// Returns the expansion of H at the position q. Because ∂H/∂p is linear in p, each column of second derivatives is the
-/// difference of two gradients ∂H/∂p, at momenta that differ by 1 in one component.
+/// Returns the expansion of H at the position q. `pt` is p_t. Because ∂H/∂p is linear in p, each column of second
+/// derivatives is the difference of two gradients ∂H/∂p, at momenta that differ by 1 in one component.
 template <class H>
 MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)[3], double pt) {
     using DualNumber = Dual<double, 4>;
-    DualNumber k[H::parameters.size() + 1];
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = DualNumber(parameters[i]);
+    DualNumber dual_parameters[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) dual_parameters[i] = DualNumber(parameters[i]);
     // Returns H at the momentum p.
     const auto energy_at = [&](const std::array<double, 4>& p) {
         const auto variable = [&p](int i) { return DualNumber::variable(p[i], i); };
-        return H::energy(make_parameters<H>(k), Vec3<DualNumber>{DualNumber(q[0]), DualNumber(q[1]), DualNumber(q[2])},
+        return H::energy(make_parameters<H>(dual_parameters),
+                         Vec3<DualNumber>{DualNumber(q[0]), DualNumber(q[1]), DualNumber(q[2])},
                          Vec3<DualNumber>{variable(0), variable(1), variable(2)}, variable(3));
     };
     const DualNumber h = energy_at({0, 0, 0, pt});
@@ -89,26 +90,27 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
 template <class H>
 std::array<double, 3> radius_gradient(const double* parameters, const double (&q)[3], double& radius) {
     using DualNumber = Dual<double, 3>;
-    DualNumber k[H::parameters.size() + 1];
-    for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = DualNumber(parameters[i]);
+    DualNumber dual_parameters[H::parameters.size() + 1];
+    for (std::size_t i = 0; i < H::parameters.size(); ++i) dual_parameters[i] = DualNumber(parameters[i]);
     const auto variable = [&](int i) { return DualNumber::variable(q[i], i); };
     const Vec3<DualNumber> position{variable(0), variable(1), variable(2)};
-    const DualNumber r = H::radius(make_parameters<H>(k), position);
+    const DualNumber r = H::radius(make_parameters<H>(dual_parameters), position);
     radius = r.value;
     return r.derivative;
 }
 
-/// H declares the 4-velocity of matter that falls from rest at infinity: u_r = −infall(k, r) (see schwarzschild.h).
+/// True if H declares `infall(k, r)`, from which the 4-velocity of matter that falls from rest at infinity follows:
+/// u_r = −infall(k, r) (see schwarzschild.h).
 template <class H>
 concept HasInfall = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
-/// Returns true if q is inside or on the outer horizon, r₊ = M + √(M² − a²), where no observer can stay at rest. If
-/// a > M, there is no horizon, and r₊ = M is used.
+/// Returns true if q is inside or on the outer horizon, r₊ = M + √(M² − a²). If |a| > M, there is no horizon, and the
+/// function uses r₊ = M.
 template <HasInfall H>
 bool within_horizon(const double* parameters, const double (&q)[3]) {
-    const auto k = make_parameters<H>(parameters);
-    const Hole hole = H::hole(k);
-    return H::radius(k, Vec3<double>{q[0], q[1], q[2]}) <=
+    const auto hole_parameters = make_parameters<H>(parameters);
+    const Hole hole = H::hole(hole_parameters);
+    return H::radius(hole_parameters, Vec3<double>{q[0], q[1], q[2]}) <=
            hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
 }
 
@@ -118,15 +120,15 @@ bool within_horizon(const double* parameters, const double (&q)[3]) {
 ///   zamo        u_a = −∂t'/∂x^a, where t' is the Boyer–Lindquist or Schwarzschild time; without a black hole, t' = t
 ///   falling     the 4-velocity of matter that falls from rest at infinity
 template <class H>
-std::array<double, 4> lowered_velocity(ObserverKind kind, const double* parameters, const double (&q)[3],
-                                       const Matrix<4>& metric) {
+std::array<double, 4> covariant_velocity(ObserverKind kind, const double* parameters, const double (&q)[3],
+                                         const Matrix<4>& metric) {
     if (kind == ObserverKind::static_) return {metric[0][3], metric[1][3], metric[2][3], metric[3][3]};
     if constexpr (HasInfall<H>) {
         double r;
         const std::array<double, 3> dr = radius_gradient<H>(parameters, q, r);
-        const auto k = make_parameters<H>(parameters);
-        const double minus_u_r = kind == ObserverKind::zamo      ? H::time_offset_gradient(k, r)
-                                 : kind == ObserverKind::falling ? H::infall(k, r)
+        const auto hole_parameters = make_parameters<H>(parameters);
+        const double minus_u_r = kind == ObserverKind::zamo      ? H::time_offset_gradient(hole_parameters, r)
+                                 : kind == ObserverKind::falling ? H::infall(hole_parameters, r)
                                                                  : 0.0;
         return {-minus_u_r * dr[0], -minus_u_r * dr[1], -minus_u_r * dr[2], -1};
     } else {
@@ -137,7 +139,7 @@ std::array<double, 4> lowered_velocity(ObserverKind kind, const double* paramete
 /// Computes the map p = N(q) d from unit directions d to momenta, for an observer at rest in an isotropic medium with
 /// the index of refraction N(q).
 template <class H>
-Failure observe_medium(const double* parameters, const double (&q)[3], StartMap& map) {
+Failure compute_start_map_in_medium(const double* parameters, const double (&q)[3], StartMap& map) {
     RayStart start;
     if (const Failure f = start_along<H>(parameters, q, {1, 0, 0}, start); f != Failure::none) return f;
     const double index = std::sqrt(start.p[0] * start.p[0] + start.p[1] * start.p[1] + start.p[2] * start.p[2]);
@@ -145,17 +147,17 @@ Failure observe_medium(const double* parameters, const double (&q)[3], StartMap&
     return Failure::none;
 }
 
-/// Computes the map from directions in the rest frame of an observer at q to momenta. For a black hole, H contains the
+/// Computes the map from directions in the rest frame of an observer at q to momenta. Near a black hole, H contains the
 /// metric in outgoing coordinates. For a falling observer, the metric in ingoing coordinates is used: the same metric
 /// with t → −t. In ingoing coordinates, a black hole with the same parameters rotates in the opposite direction
 /// (ParameterInfo::flips_under_time_reversal).
 template <class H>
-Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
+Failure compute_start_map(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
     map = {};
     const bool needs_spacetime = kind == ObserverKind::falling || kind == ObserverKind::zamo;
     if (needs_spacetime && (!H::spacetime || (kind == ObserverKind::falling && !HasInfall<H>)))
         return Failure::no_observer;
-    if constexpr (!H::spacetime) return observe_medium<H>(parameters, q, map);
+    if constexpr (!H::spacetime) return compute_start_map_in_medium<H>(parameters, q, map);
     // Inside the inner horizon, a vector along ∂_t may be timelike again. Observers there are refused nevertheless,
     // because light from there cannot reach the outside.
     if constexpr (HasInfall<H>)
@@ -169,11 +171,11 @@ Failure observe(ObserverKind kind, const double* parameters, const double (&q)[3
     }
     if (!metric_of(inverse_metric, g)) return Failure::singular_start;
     map.pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo ? 1 : 0;
-    return rest_frame(inverse_metric, g, lowered_velocity<H>(kind, parameters, q, g), time_sign, map);
+    return compute_rest_frame_map(inverse_metric, g, covariant_velocity<H>(kind, parameters, q, g), time_sign, map);
 }
 
-/// Returns the frequency p · u of a ray in the rest frame of matter at q that moves with the velocity v = dx/dt, as
-/// `frequency_in` does. In a medium, returns 1.
+/// Returns the frequency p · u of a ray in the rest frame of matter at q that moves with the velocity v = dx/dt; 1 in a
+/// medium. `time_sign` has the same meaning as in `frequency_in`.
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
                     const double (&v)[3], double time_sign) {

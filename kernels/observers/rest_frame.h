@@ -63,8 +63,8 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
 /// axes of the frame are E_i = Σ_k (h^(−1/2))_ik e_k (symmetric orthonormalization). Rays are followed backward from
 /// the eye: p = −u + Σ_i d_i E_i. If `time_sign` is −1, the given metric is the metric of H with t → −t; the map then
 /// negates p_t, so that p belongs to H.
-inline Failure rest_frame(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u,
-                          double time_sign, StartMap& map) {
+inline Failure compute_rest_frame_map(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u,
+                                      double time_sign, StartMap& map) {
     std::array<double, 4> contravariant_u{};
     double u_squared = 0, sum_of_magnitudes = 0;
     for (int a = 0; a < 4; ++a)

@@ -27,7 +27,7 @@ struct Orbit {
     static constexpr MethodFamily family = MethodFamily::nystroem;
     /// The memory is the motion in the plane, which would be less accurate if it were recomputed from each state.
     static constexpr bool keeps_memory = true;
-    static constexpr bool steps_without_begin = true;
+    static constexpr bool steps_without_begin = true;  // the memory of every state contains the motion
 
     template <class System>
     static constexpr const char* refusal() {
@@ -40,40 +40,40 @@ struct Orbit {
     }
     /// Returns the numbers of floating-point operations. A step with conversions to and from the plane takes 145
     /// operations, including the rotation of the axes. A step within the plane takes 40, for the limit of the step and
-    /// the test of whether the ray has arrived. A sine, cosine or root counts as its floating-point operations.
+    /// the test of whether the ray has reached the sphere. The operations inside sine, cosine and root are included.
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return {program.potential_slope + 5, program.event_functions + 145, 40};
     }
     /// The conversions to and from the orbit plane round the state 8 times.
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         return {8 + 0.5 * double(c.fractions.size()), 1, 0.5 * weight_of(c.fractions)};
     }
 
     template <class System, class V>
-    static void begin(const System& system, StepperState<V>& f, const Coefficients&) {
-        initialise_orbit(system, f.start);
-        const V* const orbit = f.start.stepper_memory;
-        f.start.velocity = OrbitFrame<V>(f.start).velocity(orbit[orbit_u], orbit[orbit_w]);
-        f.start.max_step_length = no_bound<V>();
+    static void begin(const System& system, StepperState<V>& step, const Coefficients&) {
+        initialise_orbit(system, step.start);
+        const V* const orbit = step.start.stepper_memory;
+        step.start.velocity = OrbitFrame<V>(step.start).velocity(orbit[orbit_u], orbit[orbit_w]);
+        step.start.max_step_length = no_bound<V>();
     }
 
     template <class System, class V>
-    static void step(const System& system, StepperState<V>& f, const Coefficients& coefficients) {
-        OrbitMotion<V> m(system, f);
-        f.h = limit_step<V>(m, f.h, limits_in_space<System>);
-        advance_angle(system, coefficients, f.h, m);
-        f.gradients += gradients_per_step<V>(coefficients);
-        set_end(system, f, m, f.h, V(ScalarOf<V>(0)));
+    static void step(const System& system, StepperState<V>& step, const Coefficients& coefficients) {
+        OrbitMotion<V> m(system, step);
+        step.h = limit_step<V>(m, step.h, limits_in_space<System>);
+        advance_angle(system, coefficients, step.h, m);
+        step.gradients += gradients_per_step<V>(coefficients);
+        set_end(system, step, m, step.h, V(ScalarOf<V>(0)));
     }
 
     /// Integrates rays that can meet no surface to the escape sphere. All steps stay in the plane, where only u and w
-    /// are needed. Rays that are captured, or whose u is no longer positive and finite, stop at the state before.
+    /// are needed. Rays that are captured, or whose u is no longer positive and finite, stop at the previous state.
     template <class System, class V>
-    static void integrate_to_escape(const System& system, StepperState<V>& f, const Coefficients& coefficients,
+    static void integrate_to_escape(const System& system, StepperState<V>& step, const Coefficients& coefficients,
                                     EscapeIntegration<V>& integration) {
         using S = ScalarOf<V>;
         const V zero(S(0)), u_of_sphere(S(1 / integration.radius));
-        OrbitMotion<V> m(system, f);
+        OrbitMotion<V> m(system, step);
         V angle(zero), angle_rounding(zero), steps(zero);
         MaskOf<V> active = integration.h > zero, reached_sphere = no_lanes<V>();
         for (std::uint32_t n = 1; n < integration.max_steps && any(active); ++n) {
@@ -85,7 +85,7 @@ struct Orbit {
             active = active & (next.u > zero) & (next.u < V(S(std::numeric_limits<float>::max())));
             const MaskOf<V> beyond = active & (next.u <= u_of_sphere) & (next.w < zero);
             if constexpr (System::capturing) active = beyond | (active & (captured(system, next) > zero));
-            if (f.options.compute_energy_error) update_energy_error(system, f, next, active);
+            if (step.options.compute_energy_error) update_energy_error(system, step, next, active);
             m.copy_lanes(next, active);
             m.switch_sheet(system);
             OrbitMotion<V>::add(select(active, h, zero), angle, angle_rounding);
@@ -104,10 +104,11 @@ struct Orbit {
         for (int i = 0; i < max_corrections && any(moving); ++i) {
             V difference = u_of_sphere - m.u;
             if constexpr (OrbitMotion<V>::compensated) difference = difference - m.u_rounding;
-            const V slope = system.orbit().slope(m.u, m.g), half = V(S(0.5)) * slope;
-            const V second = difference / fnma(half, difference / m.w, m.w);
-            const V third = difference / fnma(second, fma(V(S(1) / S(3)) * m.w * second, half / m.u, half), m.w);
-            const V back = select(moving, max(min(third, integration.h), -integration.h), zero);
+            const V half_slope = V(S(0.5)) * system.orbit().slope(m.u, m.g);
+            const V second_order = difference / fnma(half_slope, difference / m.w, m.w);
+            const V factor = fma(V(S(1) / S(3)) * m.w * second_order, half_slope / m.u, half_slope);
+            const V third_order = difference / fnma(second_order, factor, m.w);
+            const V back = select(moving, max(min(third_order, integration.h), -integration.h), zero);
             OrbitMotion<V>::add(back, angle, angle_rounding);
             const MaskOf<V> last = moving & (abs(back * back * back) <= rounding);
             const MaskOf<V> full_step = m.integrates_parameter ? moving : moving & !last;
@@ -121,25 +122,25 @@ struct Orbit {
             moving = moving & !last;
         }
         integration.steps = steps;
-        f.gradients += steps * gradients_per_step<V>(coefficients);
-        set_end(system, f, m, angle, angle_rounding);
+        step.gradients += steps * gradients_per_step<V>(coefficients);
+        set_end(system, step, m, angle, angle_rounding);
     }
 
     /// Replaces the velocity at the end of the step by dq/dφ. This function is called after the event functions have
     /// been evaluated at the end.
     template <class V>
-    KAGERO_INLINE static void finish(StepperState<V>& f) {
-        f.end.velocity = f.stage_vector(0);
-        f.end.max_step_length = no_bound<V>();
+    KAGERO_INLINE static void finish(StepperState<V>& step) {
+        step.end.velocity = step.stage_vector(0);
+        step.end.max_step_length = no_bound<V>();
     }
 
 private:
     /// Limits of the angle of one step. They bound the relative change of u.
     struct StepLimits {
-        double outward;         ///< greatest relative change of u while the ray moves outward
-        double inward;          ///< greatest relative change of u while the ray moves inward
-        double past_closest;    ///< greatest angle beyond the closest approach, in radians
-        bool times_step = false;  ///< the limits are multiplied by the requested step
+        double outward;                     ///< greatest relative change of u while the ray moves outward
+        double inward;                      ///< greatest relative change of u while the ray moves inward
+        double past_closest;                ///< greatest angle beyond the closest approach, in radians
+        bool proportional_to_step = false;  ///< the limits are multiplied by the requested step
     };
     /// Returns the limits for a Hamiltonian: `for_black_holes` if it is a spacetime with one sheet. Near a throat V
     /// changes as fast as u, so the limits are smaller. In a medium the index of refraction changes with u, so the
@@ -163,8 +164,8 @@ private:
         return V(ScalarOf<V>(std::numeric_limits<float>::max()));
     }
 
-    /// Returns the step h, shortened to the limits. In a longer step, the curve in space would not be a smooth function
-    /// of the angle. The angle to the closest approach is at least the angle on a straight line, whose sine is w/√(u² +
+    /// Returns the step h, shortened to the limits. In a longer step, the position would not be a smooth function of
+    /// the angle. The angle to the closest approach is at least the angle on a straight line, whose sine is w/√(u² +
     /// w²). The sine, which is less than the angle, is used instead of the angle.
     template <class V>
     KAGERO_INLINE static V limit_step(const OrbitMotion<V>& m, const V& h, const StepLimits& limits) {
@@ -173,7 +174,7 @@ private:
         const V sine = m.u * inverse;  // on a straight line: sine of the angle between ray and radius
         const V inward = min(V(S(limits.inward)) * sine, fma(m.w, inverse, V(S(limits.past_closest))));
         V limit = select(m.w > V(S(0)), inward, V(S(limits.outward)) * sine);
-        if (limits.times_step) limit = limit * abs(h);
+        if (limits.proportional_to_step) limit = limit * abs(h);
         return max(min(h, limit), -limit);
     }
 
@@ -241,7 +242,7 @@ private:
         }
         if constexpr (with_parameter)
             m.parameter +=
-                fma(start_w_over_u - m.w * recip(m.u) + integral, recip(c), delay_integral) * recip(m.momentum);
+                fma(start_w_over_u - m.w * recip(m.u) + integral, recip(c), delay_integral) * recip(m.angular_momentum);
     }
     /// Advances w by a small angle with the midpoint rule and sets u to `end`, in the given lanes. λ is not updated.
     template <class System, class V>
@@ -262,9 +263,10 @@ private:
     /// tangential.
     template <class System, class V>
     KAGERO_INLINE static State<V> state_in_plane(const System& system, const OrbitMotion<V>& m) {
-        const V zero(ScalarOf<V>(0)),
-            radial = radial_momentum<typename System::Hamiltonian>(system, m.u, -(m.momentum * m.w), m.momentum, m.pt);
-        return {{recip(m.u), zero, zero, radial, m.momentum * m.u, zero, m.pt}};
+        using H = typename System::Hamiltonian;
+        const V zero(ScalarOf<V>(0)), l = m.angular_momentum;
+        const V radial = radial_momentum<H>(system, m.u, -(l * m.w), l, m.pt);
+        return {{recip(m.u), zero, zero, radial, l * m.u, zero, m.pt}};
     }
     /// Returns the event function `captured`, which is ≤ 0 where the ray is captured.
     template <class System, class V>
@@ -276,32 +278,32 @@ private:
     }
     /// Updates the greatest energy error of the rays in the given lanes.
     template <class System, class V>
-    KAGERO_INLINE static void update_energy_error(const System& system, StepperState<V>& f, const OrbitMotion<V>& m,
+    KAGERO_INLINE static void update_energy_error(const System& system, StepperState<V>& step, const OrbitMotion<V>& m,
                                                   const MaskOf<V>& lanes) {
         const EventFunctions<V> here = system.event_functions(state_in_plane(system, m.on_first_sheet(system)));
         const V error = abs(here.energy_residual) / here.energy_scale;
-        f.energy_error = select(lanes, max(f.energy_error, error), f.energy_error);
+        step.energy_error = select(lanes, max(step.energy_error, error), step.energy_error);
     }
 
     /// Converts the end of a step, after the given angle, to position and momentum. Rays whose angle is 0 keep the
     /// state at the start. `finish` reads the velocity, which is stored as stage vector 0.
     template <class System, class V>
-    static void set_end(const System& system, StepperState<V>& f, const OrbitMotion<V>& motion, const V& angle,
+    static void set_end(const System& system, StepperState<V>& step, const OrbitMotion<V>& motion, const V& angle,
                         const V& angle_rounding) {
         const MaskOf<V> unmoved = abs(angle) <= V(ScalarOf<V>(0));
         const OrbitMotion<V> m = motion.on_first_sheet(system);
         const State<V> here = state_in_plane(system, m);
-        OrbitFrame<V> frame(f.start);
+        OrbitFrame<V> frame(step.start);
         frame.rotate(angle, angle_rounding);
         const Vec3<V> q = here.y[component_x] * frame.radial;
         const Vec3<V> p = advance(here.y[component_px] * frame.radial, here.y[component_py], frame.tangential);
-        f.end.set(select<V>(unmoved, f.start.q(), q), select<V>(unmoved, f.start.p(), p));
-        f.end.parameter = m.parameter;
-        m.store_to(f.end);
-        frame.store_to(f.end);
-        const Vec3<V> velocity = select<V>(unmoved, f.start.velocity, frame.velocity(m.u, m.w));
-        f.set_stage_vector(0, velocity);
-        f.solved = all_lanes<V>();
+        step.end.set(select<V>(unmoved, step.start.q(), q), select<V>(unmoved, step.start.p(), p));
+        step.end.parameter = m.parameter;
+        m.store_to(step.end);
+        frame.store_to(step.end);
+        const Vec3<V> velocity = select<V>(unmoved, step.start.velocity, frame.velocity(m.u, m.w));
+        step.set_stage_vector(0, velocity);
+        step.solved = all_lanes<V>();
     }
 
     /// Returns the radial momentum p·q/r. It is v = −L w if p is parallel to the ray. Hamiltonians for which p is not

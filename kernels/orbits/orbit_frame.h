@@ -8,7 +8,7 @@ namespace kagero {
 /// Indices of the data of an orbit in RayState::stepper_memory: L, u and w, the rounding errors of u and w, and the
 /// tangential unit vector (3 numbers). These data are more accurate than the position and momentum of the state.
 enum OrbitMemory {
-    orbit_momentum,
+    orbit_angular_momentum,
     orbit_u,
     orbit_u_rounding,
     orbit_w,
@@ -30,7 +30,7 @@ KAGERO_INLINE V orbit_delay(const System& system, const V& u) {
 template <class V>
 struct OrbitFrame {
     using S = ScalarOf<V>;
-    Vec3<V> radial, tangential;  ///< unit vectors along q, and perpendicular to it in the direction of motion
+    Vec3<V> radial, tangential;  ///< unit vectors along q, and perpendicular to q in the direction of motion
 
     /// Constructs the axes from the position and the stored tangential vector, which is made orthogonal to the
     /// position.
@@ -76,27 +76,28 @@ struct OrbitMotion {
     static constexpr bool compensated = std::is_same_v<ScalarOf<V>, float>;
     V u, w;                      ///< 1/r, du/dφ
     V u_rounding, w_rounding;    ///< rounding errors of u and w, for compensated summation
-    V momentum, pt;              ///< L, p_t
+    V angular_momentum, pt;      ///< L, p_t
     V g;                         ///< 1/b², where b is the impact parameter
     V parameter;                 ///< λ
     MaskOf<V> on_second_sheet;   ///< lanes whose ray is on the second sheet; u and w refer to the radius on that sheet
-    bool integrates_parameter;   ///< λ is requested
+    bool integrates_parameter;   ///< true if λ is requested
 
     template <class System>
-    KAGERO_INLINE OrbitMotion(const System& system, const StepperState<V>& f)
-        : u(f.start.stepper_memory[orbit_u]), w(f.start.stepper_memory[orbit_w]),
-          u_rounding(f.start.stepper_memory[orbit_u_rounding]), w_rounding(f.start.stepper_memory[orbit_w_rounding]),
-          momentum(f.start.stepper_memory[orbit_momentum]), pt(f.start.pt()),
-          parameter(f.start.parameter), on_second_sheet(no_lanes<V>()),
-          integrates_parameter(f.options.compute_carried) {
-        g = recip(momentum * momentum);
+    KAGERO_INLINE OrbitMotion(const System& system, const StepperState<V>& step)
+        : u(step.start.stepper_memory[orbit_u]), w(step.start.stepper_memory[orbit_w]),
+          u_rounding(step.start.stepper_memory[orbit_u_rounding]),
+          w_rounding(step.start.stepper_memory[orbit_w_rounding]),
+          angular_momentum(step.start.stepper_memory[orbit_angular_momentum]), pt(step.start.pt()),
+          parameter(step.start.parameter), on_second_sheet(no_lanes<V>()),
+          integrates_parameter(step.options.compute_carried) {
+        g = recip(angular_momentum * angular_momentum);
         if constexpr (System::Hamiltonian::spacetime) g = g * (pt * pt);
         switch_sheet(system);
     }
     /// Stores L, u and w in the memory of the stepper.
     KAGERO_INLINE void store_to(RayState<V>& to) const {
         V* const stored = to.stepper_memory;
-        stored[orbit_momentum] = momentum;
+        stored[orbit_angular_momentum] = angular_momentum;
         stored[orbit_u] = u;
         stored[orbit_u_rounding] = u_rounding;
         stored[orbit_w] = w;

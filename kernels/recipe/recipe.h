@@ -24,7 +24,7 @@ struct Recipe {
     static Operations operations(const Coefficients&, const ProgramOperations& program) {
         return alternating_operations(program);
     }
-    static constexpr RoundingCounts roundings(const Coefficients& c) {
+    static constexpr RoundingCounts rounding_counts(const Coefficients& c) {
         return {3.0 * double(c.fractions.size()), 1, weight_of(c.fractions)};
     }
     static constexpr bool steps_without_begin = true;  // `begin` does nothing

@@ -1,9 +1,10 @@
 /// sin, cos and tan of packets and scalars. The result in a lane is identical to the result for a scalar, and does not
 /// depend on the other lanes.
 ///
-/// The argument is reduced to x = k π/2 + r with |r| ≤ π/4; k π/2 is subtracted in three parts (Cody & Waite 1980).
-/// Both Taylor series are evaluated in r, and the quadrant k selects one. The absolute error is below 2 ulp of 1. For
-/// arguments that are too large for this reduction, or not finite, each lane calls the standard library.
+/// The argument is reduced to x = n π/2 + r with |r| ≤ π/4; n π/2 is subtracted in three parts (Cody & Waite 1980). The
+/// Taylor series of sin r and cos r are evaluated, and the quadrant of x selects one of them and the sign. The absolute
+/// error is below 2 ulp of 1. Lanes whose argument is too large for this reduction, or not finite, call the standard
+/// library.
 #pragma once
 
 #include "kernels/simd/lane_memory.h"
@@ -13,28 +14,28 @@
 namespace kagero {
 namespace detail {
 
-/// Constants of the range reduction: `parts` are three numbers whose sum is π/2, `limit` is the greatest |x| that is
-/// reduced, and `terms` is the degree of the Taylor series in r².
+/// Constants of the range reduction and the series. `parts` are three numbers whose sum is π/2, `limit` is the greatest
+/// |x| that is reduced, and `degree` is the degree in r² of the Taylor polynomials of (sin r)/r and cos r.
 template <class S>
 struct QuarterTurn;
 template <>
 struct QuarterTurn<double> {
-    // The first two parts have 33 bits, so that their products with k < 2²⁰ are exact; the third is the remainder.
+    // The first two parts have 33 bits, so that their products with n < 2²⁰ are exact; the third is the remainder.
     static constexpr double parts[3] = {1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21};
     static constexpr double limit = 1e6;
-    static constexpr int terms = 8;
+    static constexpr int degree = 8;
 };
 template <>
 struct QuarterTurn<float> {
     static constexpr float parts[3] = {1.5703125f, 4.837512969970703125e-4f, 7.54978995489188216e-8f};
     static constexpr float limit = 4e3f;
-    static constexpr int terms = 5;
+    static constexpr int degree = 5;
 };
 
 /// Returns 1/1!, −1/3!, 1/5! etc. for sin (lowest_power = 1), or 1, −1/2!, 1/4! etc. for cos (lowest_power = 0).
 template <class S, int lowest_power>
 constexpr auto taylor_coefficients() {
-    std::array<S, QuarterTurn<S>::terms + 1> c{};
+    std::array<S, QuarterTurn<S>::degree + 1> c{};
     double factorial = 1;
     for (int n = 0; n < static_cast<int>(c.size()); ++n) {
         c[n] = static_cast<S>((n % 2 ? -1 : 1) / factorial);
@@ -52,7 +53,7 @@ KAGERO_INLINE V taylor(const V& square) {
     return sum;
 }
 
-/// Replaces `value` by sin(x + quarters·π/2) of the standard library, in the lanes whose bit is set in `lanes`. The
+/// Returns `value`, with sin(x + quarters·π/2) of the standard library in the lanes whose bit is set in `lanes`. The
 /// function is not inlined, because it is rarely called.
 template <int quarters, class V>
 [[gnu::noinline, gnu::cold]] V replace_by_library(const V& x, V value, std::uint64_t lanes) {
@@ -74,9 +75,9 @@ KAGERO_INLINE V circular(const V& x) {
     r = fnma(quarter_turns, V(Turn::parts[2]), r);
     const V square = r * r;
     const V sine = r * taylor<1>(square), cosine = taylor<0>(square);
-    // k is the quadrant. odd = k mod 2 selects the series. flipped = ⌊k/2⌋ mod 2 selects the sign: −1 if it is 1.
-    const V k = quarter_turns + V(S(quarters)), half = floor_of_half(k);
-    const V odd = fnma(V(S(2)), half, k), flipped = fnma(V(S(2)), floor_of_half(half), half);
+    // `odd` is quadrant mod 2; 1 selects the cosine. `flipped` is ⌊quadrant/2⌋ mod 2; 1 selects the negative sign.
+    const V quadrant = quarter_turns + V(S(quarters)), half = floor_of_half(quadrant);
+    const V odd = fnma(V(S(2)), half, quadrant), flipped = fnma(V(S(2)), floor_of_half(half), half);
     const V value = select(odd > V(S(0.5)), cosine, sine) * fnma(V(S(2)), flipped, V(S(1)));
     const auto beyond_limit = !(abs(x) <= V(Turn::limit));  // also true for NaN
     if (!any(beyond_limit)) [[likely]]

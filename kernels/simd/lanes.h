@@ -19,8 +19,8 @@
 
 namespace kagero {
 
-/// Executes a statement for each register i < R. It is not a loop, because g++ replaces structures by scalars before it
-/// unrolls loops, so that structures that are indexed in a loop stay in memory.
+/// Executes a statement for each register i < R. The macro contains no loop, because g++ replaces structures by scalars
+/// before it unrolls loops, so that structures that are indexed in a loop stay in memory.
 #define KAGERO_EACH_REGISTER(...)                                                                                     \
     static_assert(R == 1 || R == 2 || R == 4);                                                                        \
     { constexpr int i = 0; __VA_ARGS__; }                                                                             \
@@ -35,7 +35,7 @@ struct LaneMask {
 };
 
 /// A vector of R registers of T. The registers have built-in vector types of the compiler, whose arithmetic needs no
-/// function calls; this halves the time to compile.
+/// function calls; this halves the compilation time.
 template <class T, int R>
 struct Lanes {
     using Batch = xsimd::batch<T>;
@@ -244,9 +244,9 @@ using std::tanh;
 // ---- 1/x and 1/√x. AVX-512: a 14-bit estimate and one correction of fourth (double) or second order (float) --------
 
 #if defined(__AVX512F__)
-/// Returns 1/√x from the estimate y, as y + y e (1/2 + e (3/8 + 5/16 e)) with e = 1 − x y². The error is about 2 ulp.
-/// For x = 0 and x = ∞, e is NaN. If `total` is true, min(e, 1) = 1 then replaces e, so that the result is y, which is
-/// exact.
+/// Returns 1/√x from the estimate y, with e = 1 − x y²: y + y e (1/2 + e (3/8 + 5/16 e)) in double, and y + y e/2 in
+/// float. The error is about 2 ulp. For x = 0 and x = ∞, e is NaN. If `total` is true, min(e, 1) = 1 then replaces e,
+/// so that the result is y, which is exact.
 template <bool total, class V>
 KAGERO_INLINE V refined_rsqrt(const V& x, const V& y) {
     using S = ScalarOf<V>;
@@ -255,8 +255,8 @@ KAGERO_INLINE V refined_rsqrt(const V& x, const V& y) {
     if constexpr (std::is_same_v<S, float>) return fma(y * e, V(S(0.5)), y);
     else return fma(y * e, fma(e, fma(e, V(S(0.3125)), V(S(0.375))), V(S(0.5))), y);
 }
-/// Returns 1/x from the estimate y, as y + y e (1 + e (1 + e)) with e = 1 − x y. `total` has the same meaning as for
-/// refined_rsqrt.
+/// Returns 1/x from the estimate y, with e = 1 − x y: y + y e (1 + e (1 + e)) in double, and y + y e in float. `total`
+/// has the same meaning as for refined_rsqrt.
 template <bool total, class V>
 KAGERO_INLINE V refined_recip(const V& x, const V& y) {
     using S = ScalarOf<V>;
@@ -291,7 +291,8 @@ KAGERO_INLINE V rsqrt(V a) { return V(1) / std::sqrt(a); }
 template <bool total = false, Scalar V>
 KAGERO_INLINE V recip(V a) { return V(1) / a; }
 #endif
-/// Return 1/√a and 1/a, on every instruction set also for a = 0 and a = ∞.
+/// `total_rsqrt` returns 1/√a, and `total_recip` returns 1/a. Both return the limits for a = 0 and a = ∞ on every
+/// instruction set.
 template <class V>
 KAGERO_INLINE V total_rsqrt(const V& a) { return rsqrt<true>(a); }
 template <class V>
@@ -299,7 +300,7 @@ KAGERO_INLINE V total_recip(const V& a) { return recip<true>(a); }
 
 // ---- masks and integers -------------------------------------------------------------------------------------------
 
-/// Return the masks with all lanes set, and with no lane set.
+/// `all_lanes` returns the mask with all lanes set, `no_lanes` the mask with no lane set.
 template <class V>
 KAGERO_INLINE MaskOf<V> all_lanes() { return V(ScalarOf<V>(0)) <= V(ScalarOf<V>(0)); }
 template <class V>

@@ -7,7 +7,7 @@ namespace kagero {
 
 /// Runs ten independent chains of `rounds` fused multiply-adds on registers. Eight chains would suffice for two
 /// execution units with a latency of four cycles. Returns the number of floating-point operations. Without FMA
-/// instructions, a multiply-add is a product and a sum.
+/// instructions, each multiply-add is a product followed by a sum.
 template <class T>
 double multiply_adds(std::uint64_t rounds) {
     using V = Lanes<T, 1>;

@@ -11,8 +11,8 @@
 
 namespace kagero::registers {
 
-/// `fused` returns a·b + c, `fused_sub` a·b − c and `fused_neg` c − a·b. `rsqrt14` and `recip14` are estimates of 1/√x
-/// and 1/x with 14 bits.
+/// `fused` returns a·b + c, `fused_sub` a·b − c and `fused_neg` c − a·b. On AVX-512, `rsqrt14` and `recip14` return
+/// estimates of 1/√x and 1/x with 14 bits.
 #if defined(__AVX512F__)
 // xsimd 8.1 does not use fused instructions on AVX-512.
 KAGERO_INLINE __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
@@ -56,8 +56,8 @@ KAGERO_INLINE std::uint64_t bits(__m128d m) { return static_cast<unsigned>(_mm_m
 KAGERO_INLINE std::uint64_t bits(__m128 m) { return static_cast<unsigned>(_mm_movemask_ps(m)); }
 #endif
 
-/// `set_bits` sets lane i of the mask m if bit i of `mask_bits` is set, and clears it otherwise. `test_bits` sets all
-/// bits of each 32-bit element whose element of `tested` is a bit that is set in `mask_bits`.
+/// `set_bits` sets lane i of the mask m if bit i of `mask_bits` is set, and clears it otherwise. Each 32-bit element of
+/// `tested` is one bit; `test_bits` returns −1 in the elements whose bit is set in `mask_bits`, else 0.
 #if defined(__AVX512F__)
 template <class M>
 KAGERO_INLINE void set_bits(M& m, std::uint64_t mask_bits) { m = static_cast<M>(mask_bits); }

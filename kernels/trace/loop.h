@@ -136,7 +136,7 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
 }
 
-/// Sets the first step lengths of the rays in `lanes`.
+/// Prepares the first steps of the rays in `lanes`: sets their lengths, and records which rays move outward.
 template <class V, class Events>
 void PacketTracer<V, Events>::start_steps(std::uint64_t lanes) {
     control_.start_steps(lanes);
@@ -237,8 +237,8 @@ void PacketTracer<V, Events>::next(std::uint64_t moving, std::uint64_t continuin
 
 // --- Refinement of events ---
 
-/// Refines the deferred events. Since a step may have several events, the refinement is repeated for earlier events
-/// until the earliest event of each step is found.
+/// Refines the deferred events. A step may have several events. The refinement is therefore repeated, at most three
+/// times, until no earlier event is found.
 template <class V, class Events>
 void PacketTracer<V, Events>::refine_events() {
     constexpr int max_refinements = 4;
@@ -307,10 +307,10 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
 /// rays continue; the steps of the other rays have been halved too often.
 template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::repeat_halved(std::uint64_t lanes) {
-    const std::uint64_t again = control_.repeat_halved(refiner_->whole_step, lanes);
-    detector_.start_steps(packet_.state.start, again);
-    detector_.ignore_surface_at_start(again & to_bits(packet_.steps <= V(S(0))));
-    return again;
+    const std::uint64_t repeated = control_.repeat_halved(refiner_->whole_step, lanes);
+    detector_.start_steps(packet_.state.start, repeated);
+    detector_.ignore_surface_at_start(repeated & to_bits(packet_.steps <= V(S(0))));
+    return repeated;
 }
 
 }  // namespace kagero

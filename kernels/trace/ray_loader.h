@@ -49,7 +49,7 @@ public:
         usable &= ~(starts.captured | starts.escaped | starts.failed);
         if (task_.job.path_sink) writer_.report_path(state, usable, true);
         const std::uint64_t beyond = usable & to_bits(starts_beyond_an_event());
-        if (lanes != (usable & ~beyond)) state.end = state.start;  // the ray ends of rays that end at once
+        if (lanes != (usable & ~beyond)) state.end = state.start;  // for the rays that end at their start
         end_unusable(starts, lanes & ~usable);
         if (beyond) end_at_events(beyond);
         packet_.active |= usable & ~beyond;
@@ -92,7 +92,8 @@ private:
         const V zero(S(0));
         starts.fill_idle_lanes(lanes);
         for (V& value : state.start.stepper_memory) value = zero;
-        // The orbit plane requires more digits than floats have; `stepper_memory` stores their rounding errors.
+        // Integration in the orbit plane requires more digits than floats have. `stepper_memory` therefore stores the
+        // rounding errors of the conversion from double.
         for (int k = 0; k < phase_size; ++k)
             state.start.y[k] =
                 task_.method.info.angular ? lanes_of<V>(starts.y[k], state.start.stepper_memory[k])

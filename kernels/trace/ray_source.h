@@ -47,10 +47,11 @@ struct RayStarts {
 /// Generates the rays through the points (x[i], y[i]) of the film, in pixels. The loop is simple so that the compiler
 /// vectorizes it.
 template <int W>
-void generate_camera_rays(const CameraRays& from, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
-    const CameraRays c = from;  // a copy, so that writes to `rays` cannot alias it
+void generate_camera_rays(const CameraRays& camera, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
+    const CameraRays c = camera;  // a copy, so that writes to `rays` cannot alias it
     const StartMap& map = c.start;
-    const double least_pt = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();  // infinity: p is not scaled
+    // Momenta with a greater p_t are scaled to map.pt; infinity: no momentum is scaled.
+    const double scaling_threshold = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
     for (int i = 0; i < W; ++i) {
         double d[3], p[4];
         for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x[i] * c.right[k] + y[i] * c.down[k];
@@ -61,7 +62,7 @@ void generate_camera_rays(const CameraRays& from, const double (&x)[W], const do
         for (double& component : d) component *= inverse;
         for (int k = 0; k < 4; ++k)
             p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
-        const double scale = p[3] > least_pt ? map.pt / p[3] : 1;
+        const double scale = p[3] > scaling_threshold ? map.pt / p[3] : 1;
         for (int k = 0; k < space_size; ++k) {
             rays.y[k][i] = c.position[k];
             rays.y[momentum(k)][i] = p[k] * scale;
@@ -161,7 +162,9 @@ private:
     const Tile& tile_;
     RayEnd* ends_;
     bool needs_indices_;  ///< True for lists and paths, which require the indices of rays.
-    std::uint32_t width_, height_, x_, y_, column_ = 0, row_ = 0;
+    std::uint32_t width_, height_;        ///< Size of a block of slots.
+    std::uint32_t x_, y_;                 ///< Position of the current block on the picture, or in the list.
+    std::uint32_t column_ = 0, row_ = 0;  ///< Position of the next slot in the current block.
     alignas(64) double offset_x_[W], offset_y_[W];  ///< Offsets from the corner of a block to the pixel centres.
     std::ptrdiff_t end_offset_[W];  ///< Offsets from the first ray end of a block to the ray ends of the lanes.
 };

@@ -20,10 +20,10 @@ namespace kagero {
 /// Rounding error: a bound, see rounding_bounds.h.
 class EndErrors {
 public:
-    /// Prepares the estimation of position errors and of rounding errors, if requested.
+    /// Prepares the estimation of position errors if `position` is set, and of rounding errors if `rounding` is set.
     EndErrors(const Plan& plan, bool position, bool rounding);
-    /// Returns the errors of the rays of a tile, in the order of their ends. The result is empty if neither error is
-    /// requested. The result is meaningless if `cancel` returned true.
+    /// Returns the errors of the rays of a tile, in the order of `ends`. The result is empty if neither error was
+    /// requested in the constructor, and meaningless if `cancel` returned true.
     std::vector<EndError> estimate(const Tile& tile, const RayEnd* ends, const RayList& list,
                                    const CancelToken& cancel) const;
 

@@ -8,7 +8,8 @@
 namespace kagero {
 namespace {
 
-/// The level H0 of a ray, and the scale ½|p0|² + |H0|. The relative energy error is (H − H0)/scale.
+/// The level H0 of a ray, and the scale ½|p0|² + |H0| with its momentum p0 at the start. The relative energy error is
+/// (H − H0)/scale.
 struct Level {
     double value, scale;
 };
@@ -32,7 +33,7 @@ double mean(const std::vector<double>& values, std::size_t begin, std::size_t en
     return sum / double(end - begin);
 }
 
-/// Returns the energy drift of one ray. `errors` contains the absolute energy error at each step; it is not empty.
+/// Returns the energy drift of one ray. `errors` contains |H − H0|/scale at each step; it is not empty.
 EnergyDrift drift_of(const std::vector<double>& errors) {
     const std::size_t n = errors.size(), tenth = std::max<std::size_t>(1, n / 10);
     return {*std::max_element(errors.begin(), errors.end()), mean(errors, 0, tenth), mean(errors, n - tenth, n)};

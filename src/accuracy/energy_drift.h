@@ -16,12 +16,12 @@ struct EnergyDrift {
 /// Traces the rays with the variant and returns the energy drift.
 EnergyDrift energy_drift(const Plan& plan, const Variant& variant, const std::vector<RayStart>& rays);
 
-/// Signed relative energy error (H − H0) / (½|p0|² + |H0|) at each step of one ray.
+/// Signed relative energy errors (H − H0) / (½|p0|² + |H0|) along one ray.
 struct EnergyTrace {
     const IntegratorInfo* info = nullptr;
     double step = 0;       ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
     double gradients = 0;  ///< Gradient evaluations per ray, mean over the sample rays.
-    std::vector<std::array<double, 2>> points;  ///< Pairs (λ, relative energy error), one per step.
+    std::vector<std::array<double, 2>> points;  ///< Pairs (λ, error) at the ray start and after every step.
 };
 
 /// Traces one ray with the variant and returns its energy errors. `gradients` is not set.

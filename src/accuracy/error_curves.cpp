@@ -60,7 +60,7 @@ void CurveBuilder::reduce_max_steps() {
     plan_.run.max_steps = std::min(plan_.run.max_steps, std::max(least_step_limit, step_limit));
 }
 
-/// Removes the rays without a confirmed reference. They have no error and would only cost time.
+/// Removes the rays without a confirmed reference: no error is defined for them, and tracing them would cost time.
 void CurveBuilder::keep_confirmed_rays() {
     std::size_t kept = 0;
     SampleRays& sample = curves_.sample;
@@ -151,7 +151,8 @@ void CurveBuilder::measure_ladder(const Ladder& ladder, const PointCallback& on_
 }
 
 /// Bisects between the longest measured step that meets the pixel bound and the next longer step, which does not. If no
-/// longer step was measured, first doubles the step until the bound is not met. Adds the measured points to the curve.
+/// longer step was measured, first doubles the step, up to three times, until a step does not meet the bound. Adds the
+/// measured points to the curve.
 void CurveBuilder::bisect_longest_step(StudyCurve& curve, Variant variant) {
     constexpr int doublings = 3, bisections = 4;
     const auto measure_step = [&](double step) {

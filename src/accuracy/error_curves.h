@@ -17,7 +17,7 @@ struct CurveOptions {
     /// True: only the scene's method and the representative methods are measured, the latter in double only.
     bool quick = false;
     /// True: every method is measured with the strategy `scalar` too. False: only the scene's method is measured with
-    /// `scalar`.
+    /// `scalar`, unless `strategy` is set.
     bool full = false;
     std::optional<Strategy> strategy;    ///< Strategy to measure. Empty: `packet` and `scalar`.
     std::optional<Precision> precision;  ///< Precision to measure. Empty: both precisions.
@@ -35,8 +35,8 @@ struct StudyPoint {
     double stated_step = 0;       ///< The same step in the unit of a scene file.
     double solver_tolerance = 0;  ///< Relative solver tolerance of implicit methods; 0: iterate to rounding.
     Timing time;                  ///< Nanoseconds per ray, with the scene's surfaces.
-    /// Nanoseconds per ray without surfaces and intersection tests. Each ray runs until it escapes, is captured, or has
-    /// taken as many steps as 99 % of the rays take with surfaces.
+    /// Nanoseconds per ray without surfaces and intersection tests. A ray that neither escapes nor is captured ends
+    /// after one step more than 99 % of the rays need with surfaces.
     Timing time_without_surfaces;
     double gradients = 0;               ///< Gradient evaluations per ray.
     double steps = 0;                   ///< Steps per ray.
@@ -56,8 +56,8 @@ struct StudyCurve {
     Precision precision{};
     const IntegratorInfo* info = nullptr;  ///< Description of the method.
     bool rescaled = false;                 ///< True if H is integrated with time rescaling.
-    /// True if the solver tolerance is a hundredth of the direction error that the method has at the same step. False
-    /// if the solver tolerance is that of the scene.
+    /// True if the solver tolerance is a hundredth of the median direction error that the method has at the same step.
+    /// False if the solver tolerance is that of the scene.
     bool has_loose_solver = false;
     bool is_scene_method = false;  ///< True if this is the method of the scene.
     /// Measured order: slope of log position error (90th percentile) over log step, above the error floor. Empty for
@@ -93,7 +93,7 @@ bool is_within(const StudyPoint& point, double bound, Percentiles RayErrors::*qu
 class CurveBuilder {
 public:
     /// Callback for each measured point, with the index of its curve, the report of its run and its ray ends. The
-    /// callback may complete the point. It returns false if there was no time for this; the point is then dropped.
+    /// callback may set further members of the point. The point is dropped if the callback returns false.
     using PointCallback = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
                                              const std::vector<RayEnd>&)>;
 

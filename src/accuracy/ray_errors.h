@@ -26,8 +26,8 @@ struct ReferenceRays {
 /// Returns true if the end of a ray shows a surface or the sky, that is, if its status is `hit` or `escaped`.
 bool has_visible_end(const RayEnd& end);
 
-/// Returns true if errors of a ray end are measured as angles between directions, false if as distances between
-/// positions. They are angles for rays that hit nothing, except for an orthographic camera, whose pixels have no angle.
+/// Returns true if the error of a ray end is an angle between directions, false if it is a distance between positions.
+/// It is an angle for rays that hit nothing, except for an orthographic camera, whose pixels have no angle.
 bool is_seen_by_direction(const Plan& plan, const RayEnd& end);
 
 /// Returns the size of a film pixel at a ray end: an angle in radians if `is_seen_by_direction`, otherwise a length.

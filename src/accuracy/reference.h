@@ -17,11 +17,11 @@ struct ReferenceSummary {
     double confirming_step = 0;        ///< Step or tolerance of the second method.
     bool adaptive = false;             ///< True if the first method is adaptive, so that `step` is its tolerance.
     bool confirming_adaptive = false;  ///< True if the second method is adaptive.
-    Percentiles uncertainty;           ///< Distance of both methods' end points, well-conditioned rays; scene units.
-    Percentiles direction;             ///< Angle of both methods' end directions, well-conditioned rays; radians.
-    Percentiles pixels;                ///< Pixel error of the second method's ends against the first method's ends.
-    std::uint64_t confirmed = 0;       ///< Number of rays for which ReferenceRays::confirmed is true.
-    std::uint64_t unconfirmed = 0;     ///< Number of all other rays.
+    Percentiles uncertainty;        ///< Distance between both methods' end points, well-conditioned rays; scene units.
+    Percentiles direction;          ///< Angle between both methods' end directions, well-conditioned rays; radians.
+    Percentiles pixels;             ///< Pixel error of the second method's ends against the first method's ends.
+    std::uint64_t confirmed = 0;    ///< Number of rays for which ReferenceRays::confirmed is true.
+    std::uint64_t unconfirmed = 0;  ///< Number of all other rays.
     std::uint64_t status[status_count] = {};  ///< Number of rays per status, by the first method.
 };
 

@@ -65,7 +65,8 @@ void set_pixel_derivatives(const Plan& plan, const RayEnd& end, RayPath& path) {
             copy(scaled(axes[r], pixels_per_unit), path.by_direction[r]);
             continue;
         }
-        // Derivatives of the direction on the second sheet: the reflected direction d − 2 (d·n) n with n = q/|q|.
+        // Derivatives of the direction on the second sheet: the reflected direction d − 2 (d·n) n with n = q/|q|. The
+        // derivative with respect to n is projected perpendicular to n, because |n| = 1.
         const Double3 n = unit(q), d = to_double3(end.v), &a = axes[r];
         copy(scaled(subtract(a, scaled(n, 2 * dot(a, n))), pixels_per_unit), path.by_direction[r]);
         const Double3 by_normal = add(scaled(d, dot(a, n)), scaled(a, dot(d, n)));
@@ -104,7 +105,7 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
 /// Returns a bound on the effect of rounding the ray's start, direction and end, in pixels. The ray is treated as
 /// straight. At oblique incidence on a surface, the end point moves farther: by the factor 1/cos(angle of incidence).
 double start_and_end_bound(const Plan& plan, const RayStart& start, const RayEnd& end) {
-    constexpr double roundings_of_direction = 4, roundings_of_positions = 2;
+    constexpr double roundings_of_direction = 4, roundings_of_positions = 2;  // numbers of roundings
     const double unit_roundoff = unit_roundoff_of(plan), direction_error = roundings_of_direction * unit_roundoff;
     if (is_seen_by_direction(plan, end)) return direction_error / pixel_size_at(plan, end);
     const Double3 start_point = to_double3(start.q), end_point = to_double3(end.q), normal = normal_at(plan, end);
@@ -121,20 +122,20 @@ void bound_batch(const Plan& plan, const RayList& rays, const std::vector<std::s
     const Paths traced(plan, rays, cancel);
     if (cancel()) return;
     std::vector<RayPath> paths;
-    std::vector<std::size_t> traced_rays;
+    std::vector<std::size_t> ray_of_path;  // index in the batch
     for (std::size_t i = 0; i < indices.size(); ++i) {
         const std::vector<PathPoint>& points = traced.points[i];
         if (points.empty() || !same_status_and_object(ends[indices[i]], traced.ends[i])) continue;
         paths.push_back({points.data(), static_cast<std::uint32_t>(points.size()), {}, {}, {}});
         set_pixel_derivatives(plan, traced.ends[i], paths.back());
-        traced_rays.push_back(i);
+        ray_of_path.push_back(i);
     }
     std::vector<double> path_bounds(paths.size());
     const Job job = plan.job();
     plan.module().bound_roundings(&job, paths.data(), static_cast<std::uint32_t>(paths.size()), unit_roundoff_of(plan),
                                   path_bounds.data());
-    for (std::size_t i = 0; i < traced_rays.size(); ++i) {
-        const std::size_t ray = traced_rays[i], index = indices[ray];
+    for (std::size_t i = 0; i < ray_of_path.size(); ++i) {
+        const std::size_t ray = ray_of_path[i], index = indices[ray];
         bounds[index] = path_bounds[i] + start_and_end_bound(plan, rays.starts[ray], ends[index]);
     }
 }

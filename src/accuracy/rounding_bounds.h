@@ -6,8 +6,8 @@
 namespace kagero {
 
 /// Returns, for each ray of a tile in the order of the ends, a bound on the pixel error that rounding can cause. The
-/// bound is zero for captured rays. It is NaN if the status is `step_limit` or `failed`. It is also NaN if the run that
-/// records the path for the bound has another status or object than `ends`.
+/// bound is zero for captured rays. It is NaN if the status is `step_limit` or `failed`. It is also NaN if
+/// the run that records the path for the bound ends with another status or on another object than `ends`.
 ///
 /// The bound is of first order and adds the absolute values of the effects of all roundings. It is the sum of |adjoint|
 /// · (half a unit in the last place of the result) over the operations of every step. The adjoints follow from a

@@ -21,7 +21,7 @@ constexpr std::size_t quick_scalar_steps = 3, quick_loose_steps = 3;
 
 /// Returns the coarsest step of a ladder: 1, 2, 4 or 8 times the plan's step, or times the space's default step if
 /// `seeks_cheapest` is set. The factor is greater for methods of higher order. It is also greater for methods that do
-/// not support the plan's time rescaling, because a fixed step is inefficient far from the centre.
+/// not support the plan's time rescaling, because a fixed step is shorter than necessary far from the centre.
 double coarsest_step(const Plan& plan, const Variant& variant, bool seeks_cheapest) {
     const std::uint32_t order = info_of(plan, variant).order;
     const double doublings = (order >= 8   ? 2

@@ -11,7 +11,7 @@ namespace kagero {
 struct Ladder {
     Variant variant;                ///< Method and kernel. Variant::step is not used.
     std::vector<double> steps;      ///< Steps, or tolerances of an adaptive method, the coarsest first.
-    std::size_t min_steps = 5;      ///< Number of steps that are measured before rounding or work may end the ladder.
+    std::size_t min_steps = 5;      ///< Number of steps after which rounding or relative work may end the ladder.
     bool is_scene_method = false;   ///< True if this is the method of the scene.
     bool has_loose_solver = false;  ///< See StudyCurve::has_loose_solver.
 };
@@ -20,12 +20,13 @@ struct Ladder {
 struct LadderChoice {
     /// True: only the scene's method and the representative methods are selected, the latter in double only.
     bool quick = false;
-    /// True: every method is selected with the strategy `scalar` too. False: only the scene's method is.
+    /// True: every method is selected with the strategy `scalar` too. False: only the scene's method is, unless
+    /// `strategy` is set.
     bool full = false;
     std::optional<Strategy> strategy;    ///< Empty: `packet` and `scalar`.
     std::optional<Precision> precision;  ///< Empty: both precisions.
     /// True if the cheapest step within an error bound is searched. Float is then selected for the representative
-    /// methods too, and ladders begin at the space's default step, not at a step that the scene states.
+    /// methods too, and the coarsest step is derived from the space's default step, not from the scene's step.
     bool seeks_cheapest = false;
 };
 

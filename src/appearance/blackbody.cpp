@@ -30,6 +30,7 @@ struct Spectrum {
     std::array<std::array<double, nodes>, 3> weights;  ///< For X, Y and Z; they do not contain Planck's exponential.
 
     Spectrum() {
+        // Planck's law contains λ⁻⁵, here with λ in units of 560 nm; dλ = λ² d(1/λ).
         for (std::size_t i = 0; i < nodes; ++i) {
             const double wavelength = 1 / (first + static_cast<double>(i) * step);
             const std::array<double, 3> matching = color_matching(wavelength);

@@ -11,7 +11,7 @@ namespace kagero {
 /// and the channel that would be negative is 0.
 std::array<double, 3> blackbody_color(double kelvin);
 
-/// Returns the luminance of the same black body, in the same unit.
+/// Returns the luminance of a black body at a temperature in kelvin, in the unit of `blackbody_color`.
 double blackbody_luminance(double kelvin);
 
 }  // namespace kagero

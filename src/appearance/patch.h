@@ -13,8 +13,8 @@ struct Footprint {
     Double3 major{}, minor{};  ///< The two axes, as perpendicular vectors. Their lengths are the diameters, in radians.
 };
 
-/// Parallelogram on a surface that a ray covers, in scene lengths. Its sides are the displacements of the ray's end if
-/// the ray is moved on the picture by the mean distance between rays, to the right and down.
+/// Parallelogram on a surface that a ray covers, in the unit of RayEnd::q. Its sides are the displacements of the ray's
+/// end if the ray is moved on the picture by the mean distance between rays, to the right and down.
 struct Patch {
     Double3 right{}, below{};
 };

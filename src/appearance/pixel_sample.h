@@ -6,8 +6,9 @@
 
 namespace kagero {
 
-/// Start of a camera ray, and the frequency of its light in the rest frame of the camera's observer. The frequency is p
-/// · u, with the momentum p of `start` and the 4-velocity u of the observer.
+/// Start of a camera ray, and the frequency of its light in the rest frame of the camera's observer. The frequency is
+/// p · u, with the momentum p of `start` and the 4-velocity u of the observer. It is 1 in spaces without rest frames,
+/// and 0 if the ray cannot start.
 struct CameraRay {
     RayStart start;
     double frequency;

@@ -21,7 +21,7 @@ Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3&
     const Hole hole = space.hole();
     if (hole.mass == 0) return {0, 0, 0};
     const Double3 axis = unit(normal);
-    // In the equatorial plane, |q|² = r² + a², with the Boyer-Lindquist radius r.
+    // In the equatorial plane of Kerr-Schild coordinates, |q|² = r² + a², with the Boyer-Lindquist radius r.
     const double radius_squared = std::max(0.0, dot(q, q) - hole.spin * hole.spin);
     const double root_mass = std::sqrt(hole.mass), spin = axis[2] < 0 ? -hole.spin : hole.spin;
     return scaled(cross(axis, q), root_mass / (std::pow(radius_squared, 0.75) + spin * root_mass));

@@ -6,10 +6,10 @@
 namespace kagero {
 
 /// Returns the coordinate velocity dx/dt of matter on a circular geodesic around the axis `normal` through the centre
-/// of the space. q is the position of the matter, relative to `space.center`. In Boyer-Lindquist coordinates, the
-/// angular velocity is dφ/dt = √M / (r^{3/2} + a √M) (Bardeen, Press and Teukolsky 1972, eq. 2.16). M is the mass of
-/// the hole, and a is the hole's angular momentum per mass along `normal`. In spaces without a hole, the matter is at
-/// rest.
+/// of the space. q is the position of the matter, relative to `space.center`; around a hole, its coordinates are those
+/// of Kerr and Schild. In Boyer-Lindquist coordinates, the angular velocity is dφ/dt = √M / (r^{3/2} + a √M) (Bardeen,
+/// Press and Teukolsky 1972, eq. 2.16). It has the same value in Kerr-Schild coordinates. M is the mass of the hole,
+/// and a is the hole's angular momentum per mass along `normal`. In spaces without a hole, the matter is at rest.
 Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3& q);
 
 /// Returns g, the observed frequency divided by the emitted frequency. The light of a ray that ends on a disk comes

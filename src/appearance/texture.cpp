@@ -38,12 +38,12 @@ struct Neighbours {
             first = static_cast<int>(position);
             second = first + 1;
             weight = static_cast<float>(position - first);
-        } else wrap(position, size, edge);
+        } else set_beyond_edge(position, size, edge);
     }
 
 private:
     /// Sets the members for a position that is not between two texels of the image, which is rare.
-    [[gnu::noinline]] void wrap(double position, int size, BeyondEdge edge) {
+    [[gnu::noinline]] void set_beyond_edge(double position, int size, BeyondEdge edge) {
         const double below = floor_of(position);
         first = texel_index(below, size, edge);
         second = texel_index(below + 1, size, edge);
@@ -113,9 +113,11 @@ double mean_wave(double middle, double width, const CheckerAxis& axis) {
                                    const CheckerAxis& rows) {
     constexpr double max_rectangles = 64;
     const PrincipalAxes axes = principal_axes(sides);
-    const double skew = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
-    const double across = std::max(axes.minor_length, skew / max_rectangles);
-    const double rectangles = across > 0 ? std::clamp(std::ceil(skew / across - 1e-9), 1.0, max_rectangles) : 1;
+    // The major axis is divided into parts whose smaller component is at most as long as the minor axis, if 64 parts
+    // suffice. One part suffices if the major axis is parallel to u or v.
+    const double smaller = std::min(std::abs(axes.major[0]), std::abs(axes.major[1]));
+    const double max_part = std::max(axes.minor_length, smaller / max_rectangles);
+    const double rectangles = max_part > 0 ? std::clamp(std::ceil(smaller / max_part - 1e-9), 1.0, max_rectangles) : 1;
     const auto extent = [&](std::size_t axis) {
         const double major_part = axes.major[axis] / rectangles;
         return std::sqrt(major_part * major_part + axes.minor[axis] * axes.minor[axis]);

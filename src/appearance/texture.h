@@ -23,7 +23,7 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges);
 /// Returns the mean colour of a checker over the patch around (u, v). `paint.checker` contains the numbers of squares
 /// for u from 0 to 1 and for v from 0 to 1. The square at (0, 0) has the paint's colour, and its neighbours have a
 /// quarter of it. If an axis is clamped, parts of the patch beyond the squares of that axis are ignored. The mean is
-/// exact if the longer axis of the patch is parallel to u or v, or if the patch lies in one square.
+/// exact if the patch is a rectangle with sides parallel to u and v, or if it lies in one square.
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = repeat_both);
 
 /// Principal axes of a parallelogram: the sides of the rectangle that has the same covariance matrix.

@@ -54,9 +54,8 @@ void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
     if (json && json->count() > 0 && arguments.json.empty()) throw InputError("--json: the value is empty");
 }
 
-/// Moves the value of `--json` to the scene, or to the topic of `list`, if none was given and the value is the name of
-/// a scene file or of a topic. In `render --json room.toml`, CLI11 assigns room.toml to --json, because the value of
-/// --json is optional.
+/// Moves the value of `--json` to the scene, or to the topic of `list`, if no scene or topic was given and the value
+/// names one. In `render --json room.toml`, CLI11 assigns room.toml to --json, because the value of --json is optional.
 void restore_positional(Arguments& arguments, const std::string& verb) {
     std::string& positional = verb == "list" ? arguments.topic : arguments.scene;
     if (!positional.empty()) return;

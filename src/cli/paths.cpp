@@ -11,15 +11,15 @@
 namespace kagero {
 namespace {
 
-/// The number of rays without any step, and the index and end of the first such ray.
-class RaysWithoutSteps {
+/// The number of rays whose path has no point, and the index and end of the first such ray.
+class RaysWithoutPath {
 public:
-    /// Counts the rays of one batch. `first` is the index of its first ray in the whole list.
+    /// Counts such rays in one batch. `first` is the index, in the whole list, of the first ray of the batch.
     void count(std::size_t first, const std::vector<RayEnd>& ends, const std::vector<PathPoint>& points) {
-        std::vector<bool> has_steps(ends.size(), false);
-        for (const PathPoint& point : points) has_steps[point.ray - first] = true;
+        std::vector<bool> has_path(ends.size(), false);
+        for (const PathPoint& point : points) has_path[point.ray - first] = true;
         for (std::size_t i = 0; i < ends.size(); ++i) {
-            if (has_steps[i] || ends[i].failure == Failure::untraced) continue;
+            if (has_path[i] || ends[i].failure == Failure::untraced) continue;
             if (count_++ == 0) {
                 first_ = first + i;
                 end_ = ends[i];
@@ -46,7 +46,7 @@ private:
 void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
                     const RunControl& control, const Terminal& terminal) {
     constexpr std::size_t batch_size = 4096;  // rays
-    RaysWithoutSteps without_steps;
+    RaysWithoutPath without_path;
     write_output(output, [&](std::ostream& out) {
         write_path_header(out);
         for (std::size_t first = 0; first < starts.size() && !*control.stop; first += batch_size) {
@@ -56,10 +56,10 @@ void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const
             auto points = trace_paths(plan, {begin, end}, ends, control);
             for (PathPoint& point : points) point.ray += first;
             write_paths(out, points);
-            without_steps.count(first, ends, points);
+            without_path.count(first, ends, points);
         }
     });
-    without_steps.warn(terminal);
+    without_path.warn(terminal);
 }
 
 }  // namespace kagero

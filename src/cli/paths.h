@@ -9,9 +9,9 @@
 
 namespace kagero {
 
-/// Traces the rays in batches of 4096 and writes their steps as CSV to `output`; "-" is stdout. Rays that end at their
-/// start have no steps: a warning states their number, and the reason for the first of them. After an interruption,
-/// only the rays that had ended are written.
+/// Traces the rays in batches of 4096 and writes their paths as CSV to `output`; "-" is stdout. Rays that cannot be
+/// traced from their start have no path: a warning states their number, and the reason for the first of them. After an
+/// interruption, only the rays that had ended are written.
 void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
                     const RunControl& control, const Terminal& terminal);
 

@@ -37,9 +37,9 @@ public:
         if (!(greatest_ > least_)) greatest_ = least_ > 0 ? 2 * least_ : 1;
         if (logarithmic_ && !(least_ > 0)) least_ = 1e-3 * greatest_;
     }
-    /// Returns true if the value is on the scale: finite, and positive if the scale is logarithmic.
-    bool contains(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
-    /// Returns the position of a value on the scale, in [0, 1].
+    /// Returns true if `position` is defined for the value: it is finite, and positive if the scale is logarithmic.
+    bool has_position(double value) const { return std::isfinite(value) && (!logarithmic_ || value > 0); }
+    /// Returns the position of a value on the scale: in [0, 1], or less than 0 for a negative value on a linear scale.
     double position(double value) const {
         return logarithmic_ ? std::log(value / least_) / std::log(greatest_ / least_) : value / greatest_;
     }
@@ -76,14 +76,14 @@ void draw_number(Canvas& canvas, int x, int y, double value) {
 }
 
 /// Returns the positions on the scale of all pixels of the map, which has `width` columns: the pixels of the film, a
-/// gap of zeros, and the colour bar. The position is −1 for pixels whose value is not on the scale.
+/// gap of zeros, and the colour bar. Pixels whose value is not on the scale have a negative position.
 std::vector<float> scale_positions(const Film& film, const float* values, const ColorScale& scale, int width) {
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height());
     std::vector<float> plane(std::size_t(width) * h, 0);
     for (int y = 0; y < h; ++y) {
         for (int x = 0; x < w; ++x) {
             const double value = values[std::size_t(y) * w + x];
-            plane[std::size_t(y) * width + x] = scale.contains(value) ? float(scale.position(value)) : -1.0f;
+            plane[std::size_t(y) * width + x] = scale.has_position(value) ? float(scale.position(value)) : -1.0f;
         }
         for (int x = w + gap; x < width; ++x)
             plane[std::size_t(y) * width + x] = h > 1 ? 1 - float(y) / float(h - 1) : 1;

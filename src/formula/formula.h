@@ -24,7 +24,7 @@ struct FormulaText {
 struct FormulaScope {
     std::vector<FormulaNode> nodes;
     std::vector<std::pair<std::string, std::int32_t>> names;
-    std::vector<std::uint8_t> variables;  ///< For each node: bit i is set if it depends on variable i.
+    std::vector<std::uint8_t> variables;  ///< For each node: bit i is set if the node depends on variable i.
     std::set<std::string> used_names;     ///< Names that at least one formula uses.
 };
 

@@ -42,8 +42,8 @@ struct Number {
     [[maybe_unused]] friend Number max(Number a, Number b) { return a.x > b.x ? a : b; }
 };
 
-/// Returns the result of operation F on constants. Operations without a name do not occur in formulas; for them the
-/// function returns `a`.
+/// Returns the result of operation F on constants. If `F::total` exists, it is used, because constants may be 0,
+/// infinite or NaN. Operations without a name do not occur in formulas; for them the function returns `a`.
 template <class F>
 Number folded(Number a, [[maybe_unused]] Number b) {
     if constexpr (F::name[0] == '\0') return a;

@@ -1,4 +1,5 @@
-// Recursive-descent parser with one function per rule of the grammar.
+// Recursive-descent parser. The functions expression, term, factor and primary implement the rules of the grammar in
+// parser.h; `factor` includes the rule `power`.
 #include "formula/parser.h"
 
 #include "error.h"
@@ -131,12 +132,14 @@ private:
         if (token.kind == Token::Kind::end) fail("the formula ends where a number, a name or '(' is expected");
         fail("'" + token.text + "' is written where a number, a name or '(' is expected");
     }
+    /// Reads the ')' that closes the bracket `opened`.
     void expect_close(const Token& opened) {
         if (accept(")")) return;
         if (current().kind == Token::Kind::end) fail_at(formula_, opened.position, "this '(' is never closed");
         if (is(",")) fail("a ',' is allowed only between the arguments of a function; the decimal point is '.'");
         fail("an operator is missing before " + current().text);
     }
+    /// Returns the node of a name that is not followed by '('.
     std::int32_t named(const Token& token) {
         if (const auto function = function_named(token.text)) {
             const char* arguments = info_of(*function).operands == 1 ? "(…)" : "(…, …)";
@@ -146,6 +149,7 @@ private:
         if (node < 0) fail_unknown(token, false);
         return node;
     }
+    /// Reads the arguments of a function and returns the node of its result.
     std::int32_t call(const Token& token) {
         const std::optional<Op> function = function_named(token.text);
         if (!function && look_up(scope_, token.text) >= 0)
@@ -168,6 +172,7 @@ private:
         const std::int32_t second = arguments.size() > 1 ? arguments[1] : -1;
         return check_nodes(operation(scope_, *function, arguments[0], second), token.position);
     }
+    /// Throws InputError for an unknown name. `called` is true if '(' follows the name.
     [[noreturn]] void fail_unknown(const Token& token, bool called) const {
         std::vector<std::string> known;
         if (!called)

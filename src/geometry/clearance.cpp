@@ -102,7 +102,7 @@ bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
 
 /// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. Embree's point queries ignore
 /// SPHERE_POINT, so all spheres are tested; scenes have few. The distance is a lower bound on the distance in stretched
-/// space.
+/// space, because all factors of `stretch` are at least 1.
 double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];

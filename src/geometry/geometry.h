@@ -44,7 +44,7 @@ public:
     double distance_from_center(double limit) const;
     /// Returns true if any point of a surface is at most `radius` away from `space.center`.
     bool comes_within(std::uint32_t surface, double radius) const;
-    /// Returns the diagonal of the bounding box of all objects, in scene units; 0 without objects.
+    /// Returns the diagonal of the bounding box of all objects, in the unit of the loaded scene; 0 without objects.
     double diagonal() const;
 
 private:

@@ -233,8 +233,8 @@ std::size_t remove_degenerate(TriangleMesh& mesh) {
         const std::uint32_t* corner = &mesh.triangles[i];
         const Double3 a = subtract(vertex(mesh, corner[1]), vertex(mesh, corner[0]));
         const Double3 b = subtract(vertex(mesh, corner[2]), vertex(mesh, corner[0]));
-        // In units of the squared longest edge, twice an area below the rounding error of the cross product counts as
-        // zero.
+        // Twice the area, in units of the squared longest edge. Values below the rounding error of the cross product
+        // count as zero.
         const double longest = std::max({length(a), length(b), length(subtract(b, a))});
         const double doubled_area = longest > 0 ? length(cross(scaled(a, 1 / longest), scaled(b, 1 / longest))) : 0;
         if (doubled_area > 4 * std::numeric_limits<double>::epsilon()) kept.insert(kept.end(), corner, corner + 3);

@@ -193,7 +193,7 @@ std::size_t binary_size(const Element& element, const char* bytes, std::size_t l
 
 void check_binary(std::istream& file, Ply& ply) {
     const std::string body{std::istreambuf_iterator<char>(file), {}};
-    ply.lines = 0;
+    ply.lines = 0;  // errors in binary data are reported without a line number
     std::size_t offset = 0;
     for (const Element& element : ply.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) {

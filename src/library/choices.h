@@ -13,7 +13,7 @@ Options options_of(const RunOptions& requested);
 /// Loads the description of a scene. Throws InputError if the file or an override is invalid.
 SceneDescription description_of(const SceneSource& source, const Options& options);
 
-/// Returns the choices of a plan in the form of the public header.
+/// Returns the choices that a plan contains.
 RunChoices choices_of(const Plan& plan);
 
 }  // namespace kagero

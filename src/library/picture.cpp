@@ -39,7 +39,7 @@ std::vector<std::string> Picture::layers() const {
 std::uint32_t Picture::channels(const std::string& layer) const {
     const auto& layers = content_->film.layers();
     const auto found =
-        std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* one) { return one->name == layer; });
+        std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* info) { return info->name == layer; });
     return found == layers.end() ? 0 : static_cast<std::uint32_t>((*found)->channels.size());
 }
 

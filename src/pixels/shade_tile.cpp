@@ -31,8 +31,8 @@ struct TracedTile {
     const std::vector<EndError>& errors;
 };
 
-/// Fills `rays` with the rays of a row of pixels that starts at (x, y); these rays are consecutive in the tile. Patches
-/// are not set, nor are the sky views of rays that do not escape.
+/// Fills `rays` with the rays of consecutive pixels in a row, from pixel (x, y). Patches are not set, nor are the sky
+/// views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
     const auto& [plan, tile, ends, list, errors] = traced;
@@ -91,14 +91,14 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
         for (std::uint32_t block_x = tile.x0 & ~1u; block_x < tile.x1; block_x += 2) {
             const Tile pixels = intersection({block_x, block_y, block_x + 2, block_y + 2}, tile);
             const Tile shaded = intersection(pixels, shown);
-            const std::size_t row = std::size_t{pixels.x1 - pixels.x0} * spp;  // rays per row of the block
-            block.rays.resize(row * (pixels.y1 - pixels.y0));
+            const std::size_t rays_per_row = std::size_t{pixels.x1 - pixels.x0} * spp;
+            block.rays.resize(rays_per_row * (pixels.y1 - pixels.y0));
             block.starts.clear();
             const auto rays_from = [&](std::uint32_t x, std::uint32_t y) {
-                return block.rays.data() + (y - pixels.y0) * row + (x - pixels.x0) * spp;
+                return block.rays.data() + (y - pixels.y0) * rays_per_row + (x - pixels.x0) * spp;
             };
             for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
-                collect_samples(traced, required, pixels.x0, y, block, {rays_from(pixels.x0, y), row});
+                collect_samples(traced, required, pixels.x0, y, block, {rays_from(pixels.x0, y), rays_per_row});
             const bool needs_patches = required.patches && !find_common_patch(*plan.scene->geometry, block, spp);
             if (needs_patches || required.footprints) list_film_positions(plan.description().film, pixels, block);
             if (needs_patches) find_patches(*plan.scene->geometry, block, spp);

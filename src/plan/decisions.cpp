@@ -24,7 +24,7 @@ struct DecisionList {
 constexpr const char* all_rays_straight = "every ray is straight with these parameters";
 constexpr const char* no_symmetry = "integrator.symmetry = \"none\"";
 
-/// Returns the properties of the integrated Hamiltonian. Those of a formula depend on the keys that the scene states.
+/// Returns the properties of the integrated Hamiltonian. The properties of a formula depend on the keys of the scene.
 /// If the scene states an expression for Ω, no coordinate is treated as cyclic.
 HamiltonianInfo integrated_properties(const Scene& scene) {
     HamiltonianInfo info = scene.space.info();

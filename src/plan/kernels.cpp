@@ -55,8 +55,8 @@ std::string available_lanes_text(const Scene& scene, const MethodChoice& method,
 }
 
 /// Returns the first kernel that meets the conditions and supports scene and method, or the one with the widest packets
-/// if these are the fastest. Returns null if there is no such kernel. `reason` receives the reason why the last of the
-/// kernels that meet the conditions does not support scene or method.
+/// if these are the fastest. Returns null if there is no such kernel. `reason` receives the last refusal
+/// by a kernel that meets the conditions.
 const KernelInfo* supporting_kernel(const Scene& scene, const MethodChoice& method, const KernelRequest& request,
                                     std::string& reason) {
     const KernelInfo* chosen = nullptr;

@@ -21,7 +21,7 @@ enum class Purpose { picture, ray_list };
 
 /// The options of a run. The program chooses the value of an option that is empty or 0.
 struct Options {
-    std::string isa = "auto";  ///< Instruction set; a name of find_isas().
+    std::string isa = "auto";  ///< Instruction set: "auto" or a name that find_isas() returns.
     std::optional<Strategy> strategy;
     std::optional<Precision> precision;
     std::optional<Schedule> schedule;

@@ -1,4 +1,4 @@
-/// Variants of a plan: they trace the rays of its scene with another method, kernel or step.
+/// Variants of a plan: the rays of the plan's scene are traced with another method, kernel or step.
 #pragma once
 
 #include "plan/plan.h"
@@ -16,8 +16,8 @@ struct Variant {
 /// Returns the description of the variant's method.
 const IntegratorInfo& info_of(const Plan& plan, const Variant& variant);
 
-/// Returns the variant of the named method with the module's first kernel of this strategy and precision. It integrates
-/// with time rescaling if the scene states Ω or uses that of the space, and method and kernel support it. Returns
+/// Returns the variant of the named method with the module's first kernel of this strategy and precision. The variant
+/// uses time rescaling if the scene states Ω or uses the Ω of the space, and method and kernel support it. Returns
 /// nullopt if the module has no such method or kernel, or if method or kernel do not support the scene.
 std::optional<Variant> find_variant(const Plan& plan, const std::string& method, Strategy strategy, Precision precision,
                                     double step);

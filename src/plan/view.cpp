@@ -92,9 +92,9 @@ Failure set_formula_map(const Scene& scene, View& view) {
 }
 
 /// Sets the map from directions in the observer's rest frame at the camera's position to momenta. Returns the reason if
-/// it cannot exist.
+/// the map cannot exist.
 Failure set_observer_map(const Scene& scene, View& view) {
-    const Failure failure = observe(scene, view.observer, view.camera.position, view.camera.start);
+    const Failure failure = make_observer_map(scene, view.observer, view.camera.position, view.camera.start);
     view.spacetime = scene.space.info().spacetime;
     if (!scene.description.space.formula) return failure;
     view.spacetime = failure != Failure::no_rest_frame;
@@ -140,7 +140,7 @@ double pixel_size(const SceneDescription& scene, double distance) {
     return distance * 2 * std::tan(scene.camera.fov * std::numbers::pi / 360) / rows;
 }
 
-Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
+Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
     const Failure failure = scene.space.observe(observer, q, map);
     map.has_no_surfaces = !scene.geometry->kernel_view();
     return failure;

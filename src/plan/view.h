@@ -24,9 +24,9 @@ double pixel_size(const SceneDescription& scene, double distance);
 
 /// Sets `map` to the map from directions in the rest frame of an observer at q to momenta. Returns Failure::none, or
 /// the reason why the observer cannot exist at q.
-Failure observe(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
+Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
-/// Returns the ray with direction d, of any length, in the rest frame of `map`.
+/// Returns the ray that starts at q with direction d, of any length, in the rest frame of `map`.
 CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d);
 
 /// Returns the view of the scene's camera. Throws InputError if the observer cannot exist at the camera's position, or

@@ -58,6 +58,8 @@ std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uin
     if (count == 1) return {0.5, 0.5};
     const std::uint32_t pixel_seed = hash(x ^ hash(y ^ hash(seed)));
     const std::uint32_t shuffled = owen_scrambled(reverse_bits(index), pixel_seed);
+    // The first dimension of Sobol's sequence is the index with its bits in reverse order. owen_scrambled expects the
+    // bits of its number in reverse order, so it gets the index itself.
     const std::uint32_t first = owen_scrambled(shuffled, hash(pixel_seed ^ 0x9e3779b9u));
     const std::uint32_t second = owen_scrambled(sobol_second_reversed(shuffled), hash(pixel_seed ^ 0x3c6ef372u));
     constexpr double unit = 1.0 / 4294967296.0;

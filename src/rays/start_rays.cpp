@@ -37,7 +37,7 @@ public:
     /// Moves the observer to q. Returns Failure::none, or the reason why the observer has no rest frame at q.
     Failure move_to(const double (&q)[3]) {
         if (!std::equal(q, q + 3, position_)) {
-            failure_ = observe(*plan_.scene, kind, q, map);
+            failure_ = make_observer_map(*plan_.scene, kind, q, map);
             std::copy(q, q + 3, position_);
         }
         return failure_;
@@ -101,7 +101,7 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
         else if (start.failure == Failure::none && has_invalid_bounds(scene, start.q))
             start.failure = Failure::invalid_bounds;
         else if (start.failure == Failure::none && !start.captured && !is_falling &&
-                 start.pt > 0 &&  // |p|/p_t is computed below
+                 start.pt > 0 &&  // p_t is a divisor in the next condition
                  in_float && needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
             start.failure = Failure::needs_double;
     return starts;

@@ -15,7 +15,7 @@ Operations operations_of(const Plan& plan);
 /// functions. This is a lower bound, see kernels/integrators/costs.h.
 double operations_of(const Plan& plan, const Counters& counters);
 
-/// Returns the share of the operations of tracing that SIMD instructions did (Satoh 2003, section 4.2: more than
+/// Returns the share of the operations of tracing that SIMD instructions executed (Satoh 2003, section 4.2: more than
 /// 99.6 %). It is 0 for the strategy `scalar`. Returns nullopt for straight rays and for the strategy `per-ray`, whose
 /// operations are not counted.
 std::optional<double> vectorization_ratio(const Plan& plan, const RunReport& report);

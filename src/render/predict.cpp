@@ -14,8 +14,8 @@ constexpr std::uint32_t spacing_of_rays = 11, spacing_of_blocks = 16;
 /// Number of sample rays in one tile of the WorkList.
 constexpr std::uint32_t sample_rays_per_chunk = 64;
 /// Cost of a ray in addition to its steps (start and refinement), and cost of a query, in floating-point operations.
-/// These constants and the next are chosen such that predicted and measured costs of tiles correlate (`kagero
-/// profile`).
+/// These constants and `vector_operations_per_probe` are chosen such that predicted and measured costs of tiles
+/// correlate (`kagero profile`).
 constexpr double operations_per_ray = 1000, operations_per_query = 450;
 /// Cost of one probe of the sky's image, in SIMD instructions. The code is scalar; in the same time, a kernel does this
 /// number of operations in each lane of a register.
@@ -127,11 +127,11 @@ private:
     const Plan& plan_;
     const std::vector<Tile>& tiles_;
     Operations operations_;
-    std::uint32_t point_edge_;  ///< Edge of a sample point, in pixels: 1 or 2.
+    std::uint32_t point_edge_;  ///< Edge of the block of pixels of a sample point: 1 or 2 pixels.
     std::uint32_t rays_per_point_;
     std::vector<RayStart> starts_;          ///< The rays of all sample points.
     std::vector<Cost> costs_;               ///< For each sample point.
-    std::vector<std::size_t> first_point_;  ///< Index of the first sample point of each tile, and the number of points.
+    std::vector<std::size_t> first_point_;  ///< Index of each tile's first sample point; last, the number of points.
     bool complete_ = false;                 ///< True if all sample rays were traced.
 };
 

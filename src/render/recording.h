@@ -7,7 +7,7 @@
 
 namespace kagero {
 
-/// Measurements of one tile. Times are in seconds since the run began.
+/// Measurements of one tile. Times are in seconds and are counted from the end of the prediction of costs.
 struct TileRecord {
     Tile tile;
     unsigned thread;

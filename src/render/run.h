@@ -34,14 +34,14 @@ using TileDone = std::function<void(const Tile&, const RayEnd*, const RayList&, 
 /// Returns the number of rays of a tile: those of the list, or one per pixel if the list is empty.
 std::size_t ray_count_of(const Tile& tile, const RayList& list);
 
-/// Traces the rays of a tile: those of the list, or those of the job's camera or list if `list` is empty. Adds the
+/// Traces the rays of a tile: those of `list`, or, if `list` is empty, those of the job's camera or ray list. Adds the
 /// steps, gradients and queries to the counters.
 void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends,
                 Counters& counters);
 
 /// Traces all tiles. Every thread takes the next tile of the list as soon as it has finished one. If `rays` is empty,
-/// the rays of a tile are those of the job's camera or list. If WorkList::costs is empty, all tiles have equal weight
-/// in the progress. RunControl::snapshot is ignored.
+/// the rays of a tile are those of the job's camera or ray list. If WorkList::costs is empty, all tiles have equal
+/// weight in the progress. RunControl::snapshot is ignored.
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
                     const RunControl& control = {});
 

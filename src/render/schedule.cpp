@@ -21,9 +21,10 @@ std::uint32_t tile_edge(std::uint32_t rays_per_pixel) {
     return edge;
 }
 
-/// The prediction of costs is worthwhile with at least `many_rays_per_pixel`, because it makes the remaining time
-/// predictable. It is also worthwhile with fewer than `many_tiles_per_thread`, because it shortens the time at the end
-/// of the run in which threads are idle. It takes a fiftieth of the time of a picture with one ray per pixel.
+/// The prediction of costs is worthwhile with at least `many_rays_per_pixel` rays per pixel, because it makes the
+/// remaining time predictable. It is also worthwhile with fewer than `many_tiles_per_thread` tiles per thread, because
+/// it shortens the time at the end of the run in which threads are idle. The prediction takes a fiftieth of the time of
+/// a picture with one ray per pixel.
 constexpr std::uint32_t many_rays_per_pixel = 4;
 constexpr std::uint64_t many_tiles_per_thread = 64;
 

@@ -8,7 +8,7 @@
 namespace kagero {
 
 /// Returns the schedule that the plan requests. If the plan requests none, returns `predicted` for few tiles per thread
-/// or many rays per pixel, unless rays are straight and have equal costs; otherwise, returns `tiles`.
+/// or many rays per pixel, and otherwise `tiles`. Straight rays have equal costs, so the result for them is `tiles`.
 Schedule schedule_of(const Plan& plan);
 
 /// Tiles in the order in which threads take them.

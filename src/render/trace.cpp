@@ -41,7 +41,7 @@ bool is_refill_worthwhile(const Plan& plan, const Job& job, std::size_t rays) {
     constexpr std::uint32_t packets = 16;
     const std::uint32_t lanes = plan.run.kernel->lanes;
     const std::uint32_t trial_rays = packets * lanes;
-    if (lanes == 1 || rays < 32 * std::size_t{trial_rays}) return false;
+    if (lanes == 1 || rays < 32 * std::size_t{trial_rays}) return false;  // The trial would cost too much.
     Counters counters{};
     std::vector<RayEnd> ends;
     for (std::uint32_t i = 0; i < packets; ++i) {

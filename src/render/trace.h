@@ -10,9 +10,9 @@ namespace kagero {
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                 const RunControl& control = {});
 
-/// Traces the rays and calls `visit` at the start of every ray and after every step, from several threads but one at a
-/// time. PathPoint::ray is an index of `starts`. Positions and λ of the points are in the coordinates and units of the
-/// kernels.
+/// Traces the rays and calls `visit` at the start of every ray that can be traced and after every step, from several
+/// threads but one at a time. PathPoint::ray is an index of `starts`. Positions and λ of the points are in the
+/// coordinates and units of the kernels.
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                       const std::function<void(const PathPoint&)>& visit, const RunControl& control = {});
 

@@ -58,7 +58,7 @@ Cells cells_of(const CompareRow& row) {
 
 const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",
                    "shape", "ms",       "rays/s", "speedup", "occupancy", "difference", "flips"};
-constexpr std::size_t left_aligned = 5;  ///< Number of leading columns that are aligned to the left.
+constexpr std::size_t text_columns = 5;  ///< Number of leading columns, which are aligned to the left.
 
 }  // namespace
 
@@ -91,8 +91,8 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
         for (std::size_t i = 0; i < cells.size(); ++i) {
             const std::string padding(width[i] - cells[i].size(), ' ');
             if (i) line += "  ";
-            line += i < left_aligned ? cells[i] : padding;
-            line += i < left_aligned ? padding : cells[i];
+            line += i < text_columns ? cells[i] : padding;
+            line += i < text_columns ? padding : cells[i];
         }
         text += line + "\n";
     }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 // Each item of a topic has the keys `name` and `what`, a one-line description. The text listing shows the other keys
-// below that line, in the order of the JSON.
+// below the line with name and description, in the order of the JSON. Keys with the value `true` are last, on one line.
 
 Json parameter_item(const ParameterInfo& info) {
     return {{"name", info.name},         {"default", info.default_value}, {"least", info.least},
@@ -230,8 +230,8 @@ std::string listing_text(const std::vector<std::string>& topics, const std::stri
 std::string find_scene_directory() {
     std::error_code ignored;
     const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-    // An installed program lies in PREFIX/bin, with the scenes in PREFIX/share. A built one lies in build/PRESET/bin of
-    // the source tree.
+    // An installed program lies in PREFIX/bin, with the scenes in PREFIX/share. The build writes the program to
+    // build/PRESET/bin of the source tree.
     for (const char* relative : {"../share/kagero/scenes", "../../../scenes"}) {
         const fs::path directory = (program / relative).lexically_normal();
         if (fs::is_directory(directory, ignored)) return directory.string();

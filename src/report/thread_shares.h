@@ -11,7 +11,7 @@ struct ThreadShares {
     double busy;         ///< Share in which the thread processed tiles.
     double idle_at_end;  ///< Share from the end of the thread's last tile to the end of the run.
 };
-/// Returns the shares of the thread with the times `time`.
+/// Returns the shares of the thread whose times are `time`.
 ThreadShares shares_of(const RunReport& report, const ThreadTime& time);
 
 /// Returns an array with the number of tiles and the shares of each thread.

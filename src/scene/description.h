@@ -1,5 +1,6 @@
 /// The description of a scene: plain values with all defaults filled in. The description contains the paths of meshes
-/// and images, not their content.
+/// and images, not their content. Lengths are in units of the scene file until `convert_lengths` (src/plan/units.h)
+/// converts them to the unit of the kernels.
 #pragma once
 
 #include "error.h"
@@ -64,7 +65,7 @@ struct IntegratorDescription {
     std::optional<FileLocation> method_location, step_location, tolerance_location, lanes_location, rescale_location;
     double step = 0;                   ///< Stated or default step; the first step of adaptive methods.
     std::array<double, 3> default_step{};  ///< Default steps, indexed by StepKind.
-    double tolerance = 1e-6;           ///< Local error of a variable x in adaptive methods, relative to 1 + |x|.
+    double tolerance = 1e-6;           ///< Adaptive methods: bound on the local error of x, relative to 1 + |x|.
     double solver_tolerance = 0;       ///< Relative residual of implicit stages; 0: as small as rounding permits.
     std::uint32_t max_steps = 20000;
     double escape_radius = 50;
@@ -97,7 +98,7 @@ struct CameraDescription {
     CameraType type = CameraType::perspective;
     Double3 position{}, look_at{}, up{0, 1, 0};
     double fov = 60;                   ///< Vertical field of view of a perspective camera, degrees.
-    double height = 2;                 ///< Height of the picture of an orthographic camera, scene units.
+    double height = 2;                 ///< Height of the picture of an orthographic camera, a length.
     ObserverKind observer = ObserverKind::static_;
     FileLocation position_location;    ///< Position of the key `position`, for messages.
     std::optional<FileLocation> fov_location, observer_location;  ///< Empty if the scene does not state the key.

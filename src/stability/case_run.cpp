@@ -60,12 +60,12 @@ std::string Findings::text() const {
     return all.empty() ? "as expected" : all;
 }
 
-SceneDescription CaseRun::scene(const std::string& text, bool camera) const {
-    return load_scene_text(text + (camera ? "" : default_camera), "scene", {}, catalogue(options_.isa));
+SceneDescription CaseRun::scene(const std::string& text, bool has_camera) const {
+    return load_scene_text(text + (has_camera ? "" : default_camera), "scene", {}, catalogue(options_.isa));
 }
 
-Plan CaseRun::plan(const std::string& text, bool camera) const {
-    return make_plan(scene(text, camera), options_, camera ? Purpose::picture : Purpose::ray_list);
+Plan CaseRun::plan(const std::string& text, bool has_camera) const {
+    return make_plan(scene(text, has_camera), options_, has_camera ? Purpose::picture : Purpose::ray_list);
 }
 
 std::string CaseRun::refusal(const std::string& text) const {

@@ -43,17 +43,18 @@ public:
     bool is_scalar() const { return options_.strategy == Strategy::scalar; }
     const Options& options() const { return options_; }
 
-    /// Returns the plan of a scene. If `camera` is false, a default camera and film are added to `text`.
-    Plan plan(const std::string& text, bool camera = false) const;
+    /// Returns the plan of a scene. If `text` has no camera, a default camera and film are added to it.
+    Plan plan(const std::string& text, bool has_camera = false) const;
     /// Returns the description of a scene; the arguments are those of `plan`.
-    SceneDescription scene(const std::string& text, bool camera = false) const;
+    SceneDescription scene(const std::string& text, bool has_camera = false) const;
     /// Returns the error message for an invalid scene, or "" if the scene is valid. `text` contains camera and film.
     std::string refusal(const std::string& text) const;
 
     /// Traces rays and returns their ends. Checks that every ray is counted under one status, that ends with the status
     /// `hit`, `escaped` or `step_limit` are finite, and that failed rays have a reason.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayStart>& starts);
-    /// The same for rays whose directions are measured by `observer`; without an observer, they are dq/dλ.
+    /// Does the same for rays whose directions are in the rest frame of `observer`. Without an observer, the directions
+    /// are those of dq/dλ.
     std::vector<RayEnd> ends(const Plan& plan, const std::vector<RayInput>& rays,
                              std::optional<ObserverKind> observer = {});
 
@@ -72,7 +73,7 @@ private:
 
     Options options_;
     Findings& findings_;
-    std::vector<Status>& statuses_;  ///< Status of every ray in order, to compare strategies.
+    std::vector<Status>& statuses_;  ///< Statuses of all rays in the order of tracing, which all strategies must share.
 };
 
 /// Returns the tables [space] and [integrator] of a scene text.

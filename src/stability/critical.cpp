@@ -15,8 +15,8 @@ std::string hole_scene_text(const std::string& method, double step, const std::s
 
 namespace {
 
-/// Returns the angle that each ray sweeps in its orbit plane, in radians, summed along its path. Ray i starts in
-/// planes[i], in the direction `outward`.
+/// Returns the angle that each ray sweeps in its orbit plane, in radians, summed along its path. Ray i stays in the
+/// plane planes[i]; its start lies in the direction `outward` of this plane, at the angle 0.
 std::vector<double> swept_angles(const std::vector<PathPoint>& points, std::size_t rays) {
     std::vector<double> swept_angle(rays, 0), last(rays, 0);
     for (const PathPoint& point : points) {
@@ -144,7 +144,8 @@ void inside(CaseRun& run) {
 }
 
 // The radius of the throat is a = 1. In isotropic coordinates with radius ρ, the areal radius is R = ρ + a²/4ρ. A ray
-// has the impact parameter b = R sin(angle to the radial direction), and passes through the throat if b < a.
+// has the impact parameter b = R sin(angle to the radial direction), and passes through the throat if b < a. The throat
+// lies at ρ = a/2; points of the second sheet have smaller ρ.
 void throat(CaseRun& run) {
     const double deviation = run.in_float() ? 1e-4 : 1e-6, rho = 5, areal_radius = rho + 0.25 / rho;
     for (const char* method : {"gauss8", "gauss12", "kahan-li8"}) {

@@ -6,8 +6,8 @@ namespace kagero::stability {
 
 namespace {
 
-// Impact parameters in units of r_g. The critical value b_c is 2.598. Methods of low order shift it slightly, and an
-// energy error of 3 % shifts it by about 3 %. Cases with coarse steps therefore use values at least 6 % away from it.
+// Impact parameters in units of r_g. The critical value b_c is 2.598. Methods of low order shift b_c slightly, and
+// an energy error of 3 % shifts b_c by about 3 %. Cases with coarse steps therefore use values at least 6 % from b_c.
 constexpr double captured_impacts[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.5, 2.55};
 constexpr double impacts_below_critical[] = {0, 0.1, 0.5, 1, 1.5, 2, 2.3, 2.44};
 constexpr double impacts_above_critical[] = {2.76, 3, 3.2, 4, 5, 7, 10, 15};

@@ -68,10 +68,10 @@ void layer_momentum(CaseRun& run) {
 namespace {
 
 /// Returns the greatest error of direction and ray parameter λ behind a Luneburg lens of radius 1. The rays are
-/// parallel to the z axis at distances x from it, and enter the lens with q0 and p0. Inside the lens a ray is an arc of
-/// an ellipse, q = q0 cos s + p0 sin s, where s is λ minus its value at the entry. The ray reaches the focus (0, 0, 1)
-/// at s = π/2 with p = −q0 and continues as a straight line. Gauss methods conserve the ellipse exactly, so that only
-/// the error of λ shows their order.
+/// parallel to the z axis at distances x from it, and enter the lens at the point q0 with the momentum p0. Inside the
+/// lens a ray is an arc of an ellipse, q = q0 cos s + p0 sin s, where s is λ minus its value at the entry. The ray
+/// reaches the focus (0, 0, 1) at s = π/2 with p = −q0 and continues as a straight line. Gauss methods conserve the
+/// ellipse exactly, so that only the error of λ shows their order.
 double lens_error(CaseRun& run, const char* method, double step) {
     const auto plan =
         run.plan(space_text("luneburg", "",
@@ -122,7 +122,7 @@ void lens_surface(CaseRun& run) {
 }
 
 // Two media. In the mirage of Satoh (2003), n falls to zero near z = 1.4, and the rays run upward. In the space
-// `gradient`, a vertical ray turns back at the height where N² = 0.
+// `gradient`, a vertical ray turns back at the height where N² = 0, with the index N.
 void vanishing_index(CaseRun& run) {
     for (const char* method : {"srkn6", "gauss8", "rk4", "verlet"})
         for (const char* n_min : {"1e-2", "1e-6", "1e-12"}) {

@@ -122,7 +122,7 @@ std::vector<double> float_errors(CaseRun& run, const std::vector<RayEnd>& refere
         errors.push_back(distance(float_ends[i].q, {q[0], q[1], q[2]}));
     }
     run.expect(flips <= 2, std::to_string(flips) +
-                               " rays have another status in float than in double; at most 2 may, " + method +
+                               " rays have another status in float than in double; at most 2 are permitted, " + method +
                                ", step " + number(step));
     std::sort(errors.begin(), errors.end());
     return errors;
@@ -141,7 +141,7 @@ void float_floor(CaseRun& run) {
     const auto reference = picture_ends(run, in_double, "gauss8", 0.05);
     for (const char* method : {"gauss8", "gauss12", "suzuki4-nine", "rk4"}) {
         const bool compensated = std::string(method).starts_with("gauss");
-        double least_errors[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};  // of the longer steps, one per quantile
+        double least_errors[] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};  // over all longer steps, one per quantile
         double greatest_error = 0;
         std::string percentiles;
         for (const double step : {0.4, 0.2, 0.1, 0.05, 0.025, 0.0125}) {

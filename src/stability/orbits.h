@@ -24,8 +24,8 @@ inline const OrbitPlane planes[] = {
     {{2.0 / 3, 1.0 / 3, 2.0 / 3}, {1.0 / 3, 2.0 / 3, -2.0 / 3}},
 };
 
-/// Returns an inward ray in `plane` with impact parameter b that starts at radius r. For H = 0 and p_t = 1, dq/dλ has
-/// the radial component −√(1 − (1 − 1/r) b²/r²) and the tangential component b/r.
+/// Returns an inward ray in `plane` with impact parameter b that starts at r · `outward`. For H = 0 and p_t = 1, dq/dλ
+/// has the radial component −√(1 − (1 − 1/r) b²/r²) and the tangential component b/r.
 inline RayInput ray_inward(const OrbitPlane& plane, double b, double r) {
     const double radial = -std::sqrt(1 - (1 - 1 / r) * b * b / (r * r)), tangential = b / r;
     RayInput ray{};

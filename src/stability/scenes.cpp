@@ -29,9 +29,9 @@ void unusable_input(CaseRun& run) {
                    std::string("an invalid ray changes the end of another ray, ") + hamiltonian);
     }
     const auto schwarzschild = run.plan(space_text("schwarzschild", "rg = 1.0", "escape_radius = 50"));
-    for (const double far : {1e3, 1e10, 1e30, 1e100, 1e300})
-        run.expect_status(run.ends(schwarzschild, {RayInput{{far, 0, far / 3}, {1, 0.1, 0}}})[0], Status::escaped,
-                          "an outward ray from " + number(far));
+    for (const double start_x : {1e3, 1e10, 1e30, 1e100, 1e300})
+        run.expect_status(run.ends(schwarzschild, {RayInput{{start_x, 0, start_x / 3}, {1, 0.1, 0}}})[0],
+                          Status::escaped, "an outward ray from " + number(start_x));
     const std::string view =
         space_text("flat", "", "") +
         "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [4, 4]\n";
@@ -89,8 +89,8 @@ namespace {
 
 /// First hit of a straight camera ray in the scene of `straight_picture`.
 struct StraightHit {
-    int object = -1;             ///< 0: the plate; 1: the ball; −1: no hit.
-    double distance = HUGE_VAL;  ///< Distance from the eye divided by the length of the direction vector.
+    int object = -1;              ///< 0: the plate; 1: the ball; −1: no hit.
+    double parameter = HUGE_VAL;  ///< Parameter t of the hit point eye + t d, where d is the direction of the ray.
 };
 
 constexpr Double3 eye{0.1, -6, 0.4};
@@ -104,7 +104,7 @@ StraightHit intersect(const Double3& d) {
     // A point of the ray at parameter t lies on the ball if d·d t² + 2 half_b t + offset·offset − 0.7² = 0.
     const double half_b = dot(offset, d);
     const double discriminant = half_b * half_b - dot(d, d) * (dot(offset, offset) - 0.49);
-    if (discriminant > 0 && (-half_b - std::sqrt(discriminant)) / dot(d, d) < hit.distance)
+    if (discriminant > 0 && (-half_b - std::sqrt(discriminant)) / dot(d, d) < hit.parameter)
         hit = {1, (-half_b - std::sqrt(discriminant)) / dot(d, d)};
     return hit;
 }
@@ -154,7 +154,7 @@ void straight_picture(CaseRun& run) {
             run.expect(ends[i].surface == static_cast<std::uint32_t>(hit->object),
                        "the ray hits the wrong object, " + pixel);
             Double3 exact = direction(plan.view.camera, i % 48 + 0.5, i / 48 + 0.5);
-            for (std::size_t k = 0; k < 3; ++k) exact[k] = eye[k] + hit->distance * exact[k];
+            for (std::size_t k = 0; k < 3; ++k) exact[k] = eye[k] + hit->parameter * exact[k];
             run.measure("distance of the hit from its exact position", distance(ends[i].q, exact),
                         run.in_float() ? 1e-3 : 1e-9);
         }

@@ -33,9 +33,9 @@ struct CompareRow {
     Timing seconds;               ///< Time to render the picture.
     double rays_per_second = 0;   ///< Number of rays divided by the median time.
     double speedup = 0;           ///< Median over the rounds of (time of the baseline) / (time of this kernel).
-    bool rendered = false;        ///< True if the picture was compared. If false, the members below are not measured.
+    bool rendered = false;        ///< True if a picture was rendered. If false, the members below are not measured.
     double occupancy = 1;         ///< Active lane-steps divided by issued lane-steps.
-    /// Greatest difference of a linear colour to the baseline, over the pixels whose status and object agree.
+    /// Greatest difference of a linear colour component from the baseline, over pixels whose status and object agree.
     double max_difference = 0;
     std::uint64_t flips = 0;  ///< Number of pixels whose status or object differs from the baseline.
 };

@@ -9,7 +9,7 @@
 
 namespace kagero {
 
-/// A method and the step with which it meets a bound on the error with the least work.
+/// A method, and the step with which the method meets a bound on the error with the fewest gradients.
 struct Candidate {
     std::string method;
     Precision precision{};

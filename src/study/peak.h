@@ -10,13 +10,13 @@ class Peak {
 public:
     Peak(const Module& module, Precision precision);
 
-    /// Runs multiply-adds on `threads` threads for about 20 ms and returns the sum of the rates of the threads.
+    /// Runs multiply-adds on `threads` threads for 20 to 40 ms and returns the sum of the rates of the threads.
     double operations_per_second(unsigned threads) const;
 
 private:
     const Module& module_;
     Precision precision_;
-    std::uint64_t iterations_;  ///< Iterations of the loop of multiply-adds that take one thread about 20 ms.
+    std::uint64_t iterations_;  ///< Iterations of the loop of multiply-adds that take one thread 20 to 40 ms.
 };
 
 }  // namespace kagero

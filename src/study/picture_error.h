@@ -21,7 +21,7 @@ struct PictureError {
 };
 
 /// The picture of the scene, and the error of each pixel's ray end. An error is NaN if the two ray ends that are
-/// compared differ in status or object, or if the ray does not end.
+/// compared differ in status or object, or if their status is `step_limit` or `failed`.
 struct ErrorMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> color;     ///< Linear RGB.

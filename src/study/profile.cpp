@@ -69,8 +69,8 @@ std::vector<RenderSetup> render_setups(unsigned threads, Schedule plan_schedule)
 }
 
 /// Replaces the time of each tile of `kept` by that in `other` if the latter is shorter. This removes disturbances by
-/// other processes. Both have the same tiles in the same order, because predicted costs do not depend on measured
-/// times; before the first run, `other` has no tiles.
+/// other processes. Both recordings have the same tiles in the same order, because predicted costs do not depend on
+/// measured times. Before the first run, `other` has no tiles.
 void keep_minimum(const Recording& other, Recording& kept) {
     for (std::size_t i = 0; i < other.tiles.size(); ++i)
         kept.tiles[i].processor_time = std::min(kept.tiles[i].processor_time, other.tiles[i].processor_time);

@@ -13,7 +13,7 @@ struct StageTimes {
     double predict = 0;    ///< Prediction of tile costs: its duration times the number of threads.
     double list = 0;       ///< Generation of ray starts, if the kernel does not generate them.
     double integrate = 0;  ///< Tracing loop without queries and refinement.
-    double query = 0;      ///< Embree queries, including the chords of the steps.
+    double query = 0;      ///< Embree queries, including the computation of the chords.
     double refine = 0;     ///< Refinement of events.
     double shade = 0;      ///< Computation of pixels from ray ends.
 };
@@ -22,7 +22,7 @@ struct StageTimes {
 struct ScheduleTime {
     Schedule schedule;
     double seconds = 0;
-    /// Time from the end of the first thread to the end of the render, divided by the time of the render.
+    /// Time from the moment when the first thread finishes to the end of the render, divided by the render time.
     double idle_at_end = 0;
 };
 
@@ -57,8 +57,9 @@ struct Profile {
     bool interrupted = false;             ///< True if the last round was not completed.
 };
 
-/// Renders `film` repeatedly with all schedules and numbers of threads, and returns the profile. If `rounds` is 0, the
-/// number of rounds is chosen, from 3 to 50, so that they take about 20 seconds in all.
+/// Renders `film` repeatedly, with all schedules on all threads and with the plan's schedule on fewer threads. Returns
+/// the profile. If `rounds` is 0, the number of rounds is chosen, from 3 to 50, so that they take about 20 seconds in
+/// all.
 Profile profile(const Plan& plan, Film& film, unsigned rounds, const Progress& progress = {},
                 const std::atomic<bool>* stop = nullptr);
 

@@ -28,7 +28,7 @@ bool have_same_kind(const KernelInfo& a, const KernelInfo& b) {
 
 /// Appends one kernel per strategy, form and precision, with the instruction set of `isa_plan` and the method and step
 /// of `scene_plan`: the first kernel of the module that supports the method. Gangs are left out, because `render` uses
-/// a gang only if the scene states its number of lanes.
+/// a gang only if the scene states the number of lanes of the gang.
 void append_kernels(std::vector<TimedKernel>& kernels, const Plan& isa_plan, const Plan& scene_plan) {
     const Module& module = isa_plan.module();
     const std::size_t first_of_isa = kernels.size();

@@ -24,7 +24,7 @@ void expect_estimates(const char* scene, const MethodStep& run, const ExactEnd& 
     const Comparison compared =
         compare(scene, run.method, run.step, exact, "position_error", precision, precision == "float" ? 0.2 : 1000);
     ASSERT_GT(compared.pairs.size(), 1000u);
-    EXPECT_LT(compared.unknown, 50u);
+    EXPECT_LT(compared.without_estimate, 50u);
     EXPECT_GE(compared.share_within(3), 0.95);
     ::testing::Test::RecordProperty(std::string("within_2_") + run.method + "_" + precision,
                                     std::to_string(compared.share_within(2)));

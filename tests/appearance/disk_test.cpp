@@ -1,5 +1,4 @@
-// Tests of accretion disks: their edges, their colours, and the redshift of their orbiting matter, which is compared
-// with closed forms.
+// Tests of accretion disks: edges, colours, and the redshift of the orbiting matter, compared with closed forms.
 #include "tests/support/plan_fixture.h"
 #include "appearance/redshift.h"
 #include "appearance/blackbody.h"
@@ -208,8 +207,8 @@ bool has_kerr() {
                        [](const HamiltonianInfo& info) { return std::string(info.name) == "kerr"; });
 }
 
-// The emitted frequency follows from u^t = (r^{3/2} + a√M) / (r^{3/4} √(r^{3/2} − 3M√r + 2a√M)) of circular orbits in
-// the equatorial plane (Bardeen, Press and Teukolsky 1972). a is negative for retrograde orbits.
+// The emitted frequency is u^t (p_t + ω L), with u^t = (r^{3/2} + a√M) / (r^{3/4} √(r^{3/2} − 3M√r + 2a√M)), and
+// ω = √M/(r^{3/2} + a√M) for circular equatorial orbits (Bardeen et al. 1972). a is negative for retrograde orbits.
 TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
     if (!has_kerr()) GTEST_SKIP() << "the kernel modules were built without kerr";
     for (const double normal_z : {1.0, -1.0}) {
@@ -221,11 +220,12 @@ TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
             const RayEnd& end = traced.ends[i];
             if (end.status != Status::hit) continue;
             ++hits;
-            const double a = 0.4 * normal_z, root = std::sqrt(0.5);
+            const double a = 0.4 * normal_z, sqrt_m = std::sqrt(0.5);
             const double r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a), rr = std::pow(r, 1.5);
-            const double ut = (rr + a * root) / (std::pow(r, 0.75) * std::sqrt(rr - 1.5 * std::sqrt(r) + 2 * a * root));
+            const double ut = (rr + a * sqrt_m) /
+                              (std::pow(r, 0.75) * std::sqrt(rr - 1.5 * std::sqrt(r) + 2 * a * sqrt_m));
             const double angular_momentum = (end.q[0] * end.p[1] - end.q[1] * end.p[0]) * normal_z;
-            const double emitted = ut * (end.pt + root / (rr + a * root) * angular_momentum);
+            const double emitted = ut * (end.pt + sqrt_m / (rr + a * sqrt_m) * angular_momentum);
             const double g = redshift_of(*plan, {&end, &traced.rays[i]});
             EXPECT_NEAR(g * emitted / traced.rays[i].frequency, 1, 1e-11) << i;
         }
@@ -233,9 +233,9 @@ TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
     }
 }
 
-// Within the ergosphere, matter emits light of negative energy, which cannot come from the sky. An observer inside the
-// ergosphere, such as a zamo or an observer at rest in the coordinates, receives this light with a positive redshift
-// factor. The emitted frequency is the closed form of the test above.
+// Within the ergosphere, matter can emit light of negative energy, which cannot come from the sky. An observer inside
+// the ergosphere, such as a zamo or an observer at rest in the coordinates, receives this light with a positive
+// redshift factor. The emitted frequency is the closed form of the test above.
 TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
     if (!has_kerr()) GTEST_SKIP() << "the kernel modules were built without kerr";
     for (const auto& [observer, look_at] : {std::pair{"zamo", "[10,-1.9,0]"}, {"coordinate", "[0,-10,0]"}}) {
@@ -309,7 +309,7 @@ TEST(Disk, PaintCoordinatesAreAngleAndRadius) {
         }
 }
 
-// The key `temperature` is the value at the inner edge. It decreases as r^(−3/4). The observed value is g times as high.
+// The key `temperature` is the value at the inner edge. It decreases as r^(−3/4). The observer sees g times the value.
 TEST(Disk, IsHottestAtItsInnerEdge) {
     std::string text = disk;
     const std::string paint = "color = [1, 1, 1]";

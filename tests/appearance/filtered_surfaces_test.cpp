@@ -38,8 +38,8 @@ double exact_brightness(double x, double y) {
     const double right = (x - 0.5 * width) * pixel * forward, c = std::sqrt(0.75), s = 0.5;
     // Position relative to the corner `origin` of the floor.
     const double from_x = right + 366.0254, from_y = forward + 866.0254;
-    const double square = std::floor(c * from_x + s * from_y) + std::floor(-s * from_x + c * from_y);
-    return std::fmod(std::abs(square), 2) != 0 ? 0.25 : 1;
+    const double square_index_sum = std::floor(c * from_x + s * from_y) + std::floor(-s * from_x + c * from_y);
+    return std::fmod(std::abs(square_index_sum), 2) != 0 ? 0.25 : 1;
 }
 
 double rms(const std::vector<double>& differences) {

@@ -123,8 +123,9 @@ TEST(SphereTexture, IsSharpAtThePole) {
               0.05);
 }
 
-// The directions are a linear function of the film positions. The axes of the footprint must be the singular values of
-// that function; the relative tolerance 1e-3 covers the curvature of the sphere. The footprint of one direction is 0.
+// The directions are a linear function of the film positions. The axes of the footprint must have the singular values
+// of that function as lengths; the relative tolerance 1e-3 covers the curvature of the sphere. The footprint of one
+// direction is 0.
 TEST(FitFootprint, FindsTheSingularValuesOfALinearMap) {
     std::mt19937 random(7);
     std::normal_distribution<double> normal;

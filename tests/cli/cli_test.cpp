@@ -95,10 +95,10 @@ TEST_F(Cli, RendersIntoTheWorkingDirectoryAndReports) {
     EXPECT_TRUE(report["energy_error"]["max"].is_number());
     EXPECT_EQ(report["vectorization_ratio"], 1);  // the kernel generates the rays in packets; there are no surfaces
     // With two rays per pixel, the program generates the ray starts one at a time.
-    const double with_two_rays_per_pixel =
+    const double ratio_with_two_rays =
         json::parse(run("render hole.toml --json --quiet --size 16x8 -D film.spp=2").out)["vectorization_ratio"];
-    EXPECT_GT(with_two_rays_per_pixel, 0.9);
-    EXPECT_LT(with_two_rays_per_pixel, 1);
+    EXPECT_GT(ratio_with_two_rays, 0.9);
+    EXPECT_LT(ratio_with_two_rays, 1);
     EXPECT_EQ(json::parse(run("render hole.toml --json --quiet --strategy scalar").out)["vectorization_ratio"], 0);
     EXPECT_TRUE(json::parse(run("render hole.toml --json --quiet -D space.rg=0").out)["vectorization_ratio"].is_null());
 }

@@ -16,7 +16,7 @@ endif()
 run(${CMAKE_COMMAND} -G Ninja -S ${SOURCE} -B ${folder}/build ${prefix} -D CMAKE_CXX_COMPILER=${COMPILER})
 run(${CMAKE_COMMAND} --build ${folder}/build)
 
-# The first case has an error bound. The second case is a picture that is large enough for a trial of float.
+# The first case has an error bound. The second case is a picture that is large enough for a trial of single precision.
 foreach(overrides IN ITEMS "film.size=[64,64],integrator.max_pixel_error=0.25" "film.size=[192,160]")
   string(REGEX REPLACE ",([a-z])" ";\\1" keys ${overrides})
   set(options)

@@ -1,5 +1,6 @@
 // Tests rays that no method can integrate, with all kernels of the module. Such a ray must end with a status, and must
-// not change the ends of the other rays of its packet. These ends are compared with those of a run without such a ray.
+// not change the ends of the other rays of its packet. The other ends are compared with those of a run in which all
+// rays are valid.
 #include "tests/kernels/start_regions.h"
 
 #include "kernels/abi.h"
@@ -91,7 +92,7 @@ struct Combination {
     }
 };
 
-/// Returns all combinations of Hamiltonian and integrator that the kernel supports. Uses time rescaling where possible.
+/// Returns all combinations of Hamiltonian and integrator that the kernel supports, with time rescaling where possible.
 std::vector<Combination> combinations_of(const KernelInfo& kernel) {
     const Module& m = module();
     std::vector<Combination> combinations;

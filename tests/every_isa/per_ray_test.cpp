@@ -48,8 +48,8 @@ void compare_with_scalar(const Check& check) {
         ++supported;
         const double h = path_length<H> / 64;
         for (const RayStart& ray : rays) {
-            auto vectorized = Steps<double>::with(method, kernel, default_parameters<H>().data());
-            auto scalar = Steps<double>::template in<H>(method, rescaled);
+            auto vectorized = SpaceStepper<double>::with_kernel(method, kernel, default_parameters<H>().data());
+            auto scalar = SpaceStepper<double>::template for_space<H>(method, rescaled);
             vectorized.begin(state_of<double>(ray), h);
             scalar.begin(state_of<double>(ray), h);
             vectorized.advance(12);
@@ -95,11 +95,11 @@ void expect_lanes_match_scalars() {
         State<V> starts;
         for (int i = 0; i < lane_count<V>; ++i)
             for (int k = 0; k < 7; ++k) set_lane(starts.y[k], i, state_of<S>(rays[static_cast<std::size_t>(i)]).y[k]);
-        auto packet = Steps<V>::with(method, kernel, default_parameters<H>().data());
+        auto packet = SpaceStepper<V>::with_kernel(method, kernel, default_parameters<H>().data());
         packet.begin(starts, V(h));
         packet.advance(8);
         for (int i = 0; i < lane_count<V>; ++i) {
-            auto scalar = Steps<S>::template in<H>(method, rescaled);
+            auto scalar = SpaceStepper<S>::template for_space<H>(method, rescaled);
             scalar.begin(state_of<S>(rays[static_cast<std::size_t>(i)]), h);
             scalar.advance(8);
             for (int k = 0; k < 7; ++k)

@@ -63,9 +63,9 @@ double decode_srgb(int code) {
     return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
 }
 
-/// Returns the greatest error of rounding a linear colour to an 8-bit sRGB code, plus 1 %. It occurs between codes 254
-/// and 255, where the slope of the curve is greatest.
-double max_rounding_to_code() {
+/// Returns the greatest error of a linear colour that is rounded to an 8-bit sRGB code, plus 1 %. This error occurs
+/// between codes 254 and 255, where the slope of the decoding curve is greatest.
+double max_srgb_rounding_error() {
     return 0.5 * (decode_srgb(255) - decode_srgb(254)) * 1.01;
 }
 
@@ -141,7 +141,8 @@ TEST_F(FilmOnDisk, IsReadAsTheWrittenColors) {
         ASSERT_EQ(image.height, static_cast<int>(height)) << name;
         const bool exact = std::string(name) == "a.pfm";
         for (std::size_t i = 0; i < image.rgb.size(); ++i)
-            EXPECT_NEAR(image.rgb[i], film.plane("color")[i], exact ? 0 : max_rounding_to_code()) << name << " " << i;
+            EXPECT_NEAR(image.rgb[i], film.plane("color")[i], exact ? 0 : max_srgb_rounding_error())
+                << name << " " << i;
     }
 }
 
@@ -265,10 +266,10 @@ TEST_F(FilmOnDisk, IsRefusedBeforehandIfItCannotBeWritten) {
     EXPECT_THROW(check_writable(path("missing/a.exr"), {"color"}, 8, 6), InputError);
     fs::create_directory(path("folder.exr"));
     EXPECT_THROW(check_writable(path("folder.exr"), {"color"}, 8, 6), InputError);
-    for (const auto& [name, most] :
+    for (const auto& [name, greatest_size] :
          {std::pair{"a.jpg", 65500u}, std::pair{"a.webp", 16383u}, std::pair{"a.tga", 65535u}}) {
-        EXPECT_NO_THROW(check_writable(path(name), {"color"}, 1, most)) << name;
-        EXPECT_THROW(check_writable(path(name), {"color"}, most + 1, 1), InputError) << name;
+        EXPECT_NO_THROW(check_writable(path(name), {"color"}, 1, greatest_size)) << name;
+        EXPECT_THROW(check_writable(path(name), {"color"}, greatest_size + 1, 1), InputError) << name;
     }
     EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}, 1u << 20, 1));
 }

@@ -1,5 +1,5 @@
-// Tests of the module that reads and writes images. It is loaded only if an image is read or written, and other runs
-// work without it.
+// Tests of the module that reads images and writes them in all formats but PFM. It is loaded only by runs that need it,
+// and other runs work without it.
 #include "modules/modules.h"
 #include "tests/support/program.h"
 
@@ -8,7 +8,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* tiny = "'" KAGERO_SCENES "/room.toml' --size 4x4 --quiet -o ";
+constexpr const char* tiny_room = "'" KAGERO_SCENES "/room.toml' --size 4x4 --quiet -o ";
 
 class ImageModule : public ProgramTest {
 protected:
@@ -25,10 +25,10 @@ protected:
     }
 };
 
-TEST_F(ImageModule, IsLoadedOnlyToReadOrWriteImages) {
-    EXPECT_TRUE(is_opened_by(std::string("render ") + tiny + "a.png"));
+TEST_F(ImageModule, IsLoadedOnlyByRunsThatNeedIt) {
+    EXPECT_TRUE(is_opened_by(std::string("render ") + tiny_room + "a.png"));
     EXPECT_TRUE(is_opened_by("check '" KAGERO_SCENES "/galaxy.toml'"));  // the sky is an image
-    EXPECT_FALSE(is_opened_by(std::string("render ") + tiny + "a.pfm"));
+    EXPECT_FALSE(is_opened_by(std::string("render ") + tiny_room + "a.pfm"));
     EXPECT_FALSE(is_opened_by("check '" KAGERO_SCENES "/room.toml'"));
     write("rays.csv", "x,y,z,dx,dy,dz\n-1,0,0,1,0,0\n");
     EXPECT_FALSE(is_opened_by("trace '" KAGERO_SCENES "/galaxy.toml' --rays rays.csv -o ends.csv --quiet"));
@@ -43,8 +43,8 @@ TEST_F(ImageModule, IsNotNeededToWritePfm) {
     for (const IsaInfo& isa : find_isas())
         fs::create_symlink(isa.path, directory_ / "lib/kagero" / fs::path(isa.path).filename());
     const std::string program = (directory_ / "bin/kagero").string();
-    EXPECT_EQ(run_program(program, std::string("render ") + tiny + "a.pfm").status, 0);
-    const Outcome outcome = run_program(program, std::string("render ") + tiny + "a.png");
+    EXPECT_EQ(run_program(program, std::string("render ") + tiny_room + "a.pfm").status, 0);
+    const Outcome outcome = run_program(program, std::string("render ") + tiny_room + "a.png");
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("kagero-images.so"), std::string::npos) << outcome.err;
     EXPECT_EQ(files(), (std::set<std::string>{"a.pfm", "bin", "lib"}));

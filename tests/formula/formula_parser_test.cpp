@@ -28,7 +28,7 @@ std::string message_of(const std::string& text) {
     return "";
 }
 
-// The values are computed by C++ and by hand. The tolerance is 18 machine epsilons.
+// The expected values are computed by C++ and by hand. The relative tolerance is 18 machine epsilons.
 TEST(Formula, HasThePrecedenceAndAssociativityOfMathematics) {
     const std::pair<const char*, double> table[] = {
         {"1 + 2*3", 7}, {"(1 + 2)*3", 9}, {"2 - 3 - 4", -5}, {"2 - (3 - 4)", 3}, {"12/3/2", 2}, {"12/(3/2)", 8},

@@ -10,7 +10,7 @@ namespace kagero::test {
 namespace {
 
 /// A built-in space and a formula with the same Hamiltonian.
-struct Pair {
+struct SpacePair {
     const char *name, *built_in, *formula;
     double origin[3];                 ///< Start of the rays.
     const char* escape_radius = "9";  ///< It is smaller if rays would otherwise take thousands of steps.
@@ -18,7 +18,7 @@ struct Pair {
 
 /// H of a formula is copied from the header of the built-in Hamiltonian. A formula cannot describe the second sheet of
 /// `wormhole`, the discontinuity of `luneburg` or the random index of `shimmer`.
-const Pair pairs[] = {
+const SpacePair pairs[] = {
     {"flat", "[space]\nhamiltonian = \"flat\"\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1)\"\n", {-3, 0.5, 0.25}},
     {"schwarzschild", "[space]\nhamiltonian = \"schwarzschild\"\nrg = 0.5\n",
@@ -68,7 +68,7 @@ class FormulaOn : public testing::TestWithParam<std::string> {};
 // The built-in space and the formula have the same H and take the same steps. A few hundred roundings per ray occur in
 // a different order. The tolerance of 1e-12, about 4500 machine epsilons, covers them.
 TEST_P(FormulaOn, HasTheRaysOfTheBuiltInSpace) {
-    for (const Pair& pair : pairs) {
+    for (const SpacePair& pair : pairs) {
         if (!is_built(pair.name)) continue;
         for (const char* method : {"verlet", "gauss8", "gauss4", "rk4", "suzuki4-nine"}) {
             const Overrides overrides{"integrator.rescale=none", std::string("integrator.method=") + method,
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(EveryIsa, FormulaOn, testing::ValuesIn(supported_isas()
 
 // Camera rays, frequencies and redshifts are compared between a built-in spacetime and the formula with the same H.
 TEST(FormulaSpace, HasTheObserversOfTheBuiltInSpacetime) {
-    for (const Pair& pair : pairs) {
+    for (const SpacePair& pair : pairs) {
         if (!is_built(pair.name) || (std::string(pair.name) != "kerr" && std::string(pair.name) != "schwarzschild"))
             continue;
         for (const std::string observer : {"static", "coordinate"}) {
@@ -205,7 +205,7 @@ TEST(FormulaSpace, DoesNotDependOnTheUnitOfLength) {
 // the formula states this rescaling.
 TEST(FormulaSpace, SupportsAMethodThatNeedsTheRescaling) {
     if (!is_built("mirage")) GTEST_SKIP() << "the kernel modules were built without mirage";
-    const Pair& mirage = pairs[2];
+    const SpacePair& mirage = pairs[2];
     const auto rays = fan(mirage.origin);
     const Overrides overrides{"integrator.method=srkn6", "integrator.step=0.1", "integrator.escape_radius=9"};
     Overrides rescaled = overrides;
@@ -244,7 +244,7 @@ TEST(FormulaSpace, HasTheSameRaysInPacketsAndAsSingleRays) {
 
 // The velocity ∂H/∂p at the start of a ray must have the given direction, and H must have the level H0.
 TEST(FormulaSpace, StartsRaysInTheGivenDirection) {
-    const char* const energies[] = {"0.5*(px^2 + 2*py^2 + pz^2 + px*py)",
+    const char* const formulas[] = {"0.5*(px^2 + 2*py^2 + pz^2 + px*py)",
                                     "0.25*(px^4 + py^4 + pz^4) + 0.1*px*py",
                                     "sqrt(px^2 + py^2 + 3*pz^2)",
                                     "0.5*((px - y)^2 + (py + x)^2 + pz^2)",
@@ -253,8 +253,8 @@ TEST(FormulaSpace, StartsRaysInTheGivenDirection) {
                                     "1e-8*(px^6 + py^6 + pz^6)",
                                     "2 - px^4 - 2*py^4 - pz^4",
                                     "(px - 1000)^4 + (py + 500)^4 + (pz - 3000)^4"};
-    for (const std::string energy : energies) {
-        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + energy + "\"\n" +
+    for (const std::string formula : formulas) {
+        const auto plan = plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = 0.5\nH = \"" + formula + "\"\n" +
                                            view_text,
                                        {}, {}, false);
         const std::vector<RayInput> rays{{{0.3, 0.2, 0.1}, {1, 2, 3}},
@@ -268,10 +268,10 @@ TEST(FormulaSpace, StartsRaysInTheGivenDirection) {
             if (point.step != 0) continue;
             const auto& d = rays[point.ray].direction;
             const double size = std::hypot(d[0], d[1], d[2]);
-            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(point.v[k], d[k] / size, 1e-10) << energy;
-            EXPECT_NEAR(point.energy, 0.5, 1e-10) << energy;
+            for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(point.v[k], d[k] / size, 1e-10) << formula;
+            EXPECT_NEAR(point.energy, 0.5, 1e-10) << formula;
         }
-        for (const RayStart& start : starts) EXPECT_EQ(start.failure, Failure::none) << energy;
+        for (const RayStart& start : starts) EXPECT_EQ(start.failure, Failure::none) << formula;
     }
     const auto none =
         plan_of_text("[space]\nhamiltonian = \"formula\"\nH0 = -1\nH = \"px^2 + py^2 + pz^2\"\n" + view_text,

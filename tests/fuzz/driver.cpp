@@ -119,13 +119,13 @@ int main(int count, char** arguments) {
     for (const int signal : {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGBUS, SIGPROF})
         std::signal(signal, save_input_and_end);
 
-    const std::size_t corpus_size = corpus.size();
+    const std::size_t initial_corpus_size = corpus.size();
     std::size_t accepted = 0, inputs = 0;
     for (const std::string& input : corpus) {
         accepted += run_target(input) == 0;
         ++inputs;
     }
-    if (corpus_size > 1 && accepted == 0) {
+    if (initial_corpus_size > 1 && accepted == 0) {
         std::printf("the target accepts no input of its corpus\n");
         return 1;
     }
@@ -139,7 +139,7 @@ int main(int count, char** arguments) {
         if (run_target(input) != 0) continue;
         ++accepted;
         if (corpus.size() < max_corpus_size) corpus.push_back(input);
-        else corpus[corpus_size + random_below(random, corpus.size() - corpus_size)] = input;
+        else corpus[initial_corpus_size + random_below(random, corpus.size() - initial_corpus_size)] = input;
     }
     limit_processor_time(0);
     std::printf("%zu inputs, %zu of them accepted\n", inputs, accepted);

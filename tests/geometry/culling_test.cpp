@@ -65,10 +65,11 @@ TEST_P(Culling, ChangesNoPixel) {
             std::uint64_t queries[2];
             std::vector<Film> films;
             for (const bool culls : {true, false}) {
-                Overrides all = method;
-                all.insert(all.end(), {"film.size=[96,72]", "film.layers=[\"color\",\"status\",\"object\",\"steps\"]",
-                                       culls ? "integrator.cull=auto" : "integrator.cull=none"});
-                const auto plan = plan_of_text(GetParam().text, all, options);
+                Overrides overrides = method;
+                overrides.insert(overrides.end(),
+                                 {"film.size=[96,72]", "film.layers=[\"color\",\"status\",\"object\",\"steps\"]",
+                                  culls ? "integrator.cull=auto" : "integrator.cull=none"});
+                const auto plan = plan_of_text(GetParam().text, overrides, options);
                 films.emplace_back(96, 72, plan->description().film.layers);
                 queries[!culls] = render(*plan, films.back()).counters.queries;
             }

@@ -39,8 +39,8 @@ double distance_to_faces(const Double3& q, double half) {
 using SceneSurfaces = SceneTest;
 
 /// Geometry and paints of a scene.
-struct Loaded {
-    explicit Loaded(const SceneDescription& scene) : geometry(scene), paints(scene, geometry, true) {}
+struct LoadedScene {
+    explicit LoadedScene(const SceneDescription& scene) : geometry(scene), paints(scene, geometry, true) {}
     const SceneGeometry geometry;
     const Paints paints;
 };
@@ -52,7 +52,7 @@ TEST_F(SceneSurfaces, AreAbsentWithoutObjects) {
 }
 
 TEST_F(SceneSurfaces, HaveTheStatedNumberOfSquaresAlongTheirEdges) {
-    const Loaded loaded(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-1, 0, 0]\nedge_u = [2, 0, 0]\n"
+    const LoadedScene loaded(load(head + "[[object]]\nshape = \"rectangle\"\norigin = [-1, 0, 0]\nedge_u = [2, 0, 0]\n"
                                              "edge_v = [0, 0, 1]\nchecker = [4, 2]\ncolor = [1, 1, 1]\n"));
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 2; ++j) {
@@ -70,7 +70,7 @@ TEST_F(SceneSurfaces, HaveTheStatedNumberOfSquaresAlongTheirEdges) {
 TEST_F(SceneSurfaces, ShowImagesUprightOnWalls) {
     write("four.ppm", four_colors);
     for (const std::string shape : {"room", "box"}) {
-        const Loaded loaded(load(head + "space.center = [5, 5, 5]\n[[object]]\nshape = \"" + shape +
+        const LoadedScene loaded(load(head + "space.center = [5, 5, 5]\n[[object]]\nshape = \"" + shape +
                                           "\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\ntexture = \"four.ppm\"\n"));
         for (std::uint32_t face = 0; face < 6; ++face) {
             Double3 outward{}, up{};
@@ -100,7 +100,7 @@ TEST_F(SceneSurfaces, HaveASkyWithLongitude0InTheMiddleAndEastOnTheLeft) {
         return Double3{std::cos(latitude * degree) * std::cos(longitude * degree),
                        std::cos(latitude * degree) * std::sin(longitude * degree), std::sin(latitude * degree)};
     };
-    const Loaded loaded(load(head + "sky.texture = \"four.ppm\"\n"));
+    const LoadedScene loaded(load(head + "sky.texture = \"four.ppm\"\n"));
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, 45)), red));     // north-east: upper left
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(-90, 45)), green));  // north-west: upper right
     EXPECT_TRUE(close(loaded.paints.sky_color(direction(90, -45)), blue));
@@ -117,7 +117,7 @@ TEST_F(SceneSurfaces, HaveASkyWithLongitude0InTheMiddleAndEastOnTheLeft) {
 
 TEST_F(SceneSurfaces, HaveEquirectangularImagesOnSpheres) {
     write("four.ppm", four_colors);
-    const Loaded loaded(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 2, 3]\nradius = 2\n"
+    const LoadedScene loaded(load(head + "[[object]]\nshape = \"sphere\"\ncenter = [1, 2, 3]\nradius = 2\n"
                                              "texture = \"four.ppm\"\nshading = \"lambert\"\n"));
     const double s = std::sqrt(2.0);
     const float light = static_cast<float>(1 / s);
@@ -158,9 +158,9 @@ std::array<double, 2> distances_to(const ClearBox<double>& box, const Double3& c
     const double lower[3] = {box.lower.x, box.lower.y, box.lower.z}, upper[3] = {box.upper.x, box.upper.y, box.upper.z};
     double nearest2 = 0, farthest2 = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        const double aside = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}),
+        const double near = std::max({lower[k] - c[k], c[k] - upper[k], 0.0}),
                      far = std::max(c[k] - lower[k], upper[k] - c[k]);
-        nearest2 += aside * aside;
+        nearest2 += near * near;
         farthest2 += far * far;
     }
     return {std::sqrt(nearest2), std::sqrt(farthest2)};
@@ -214,13 +214,13 @@ TEST_F(SceneSurfaces, AreInNoClearBox) {
     int close_to_walls = 0;
     for (int i = 0; i < 20000; ++i) {
         const Double3 q{coordinate(random) / 1.5, coordinate(random) / 1.5, coordinate(random) / 1.5};
-        const double ball = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2),
-                     distance = std::min(ball, distance_to_faces(q, 1));
+        const double ball_distance = std::abs(length(subtract(q, {0.2, 0.3, 0})) - 0.2),
+                     distance = std::min(ball_distance, distance_to_faces(q, 1));
         const ClearBox<double> box = box_at(grid, q);
-        const double cube = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
-        ASSERT_TRUE(cube <= 0 || contains_cube(box, q, cube)) << q[0] << ' ' << q[1] << ' ' << q[2];
+        const double half_edge = distance / std::sqrt(3.0) - 1.5 * grid.cell[0];
+        ASSERT_TRUE(half_edge <= 0 || contains_cube(box, q, half_edge)) << q[0] << ' ' << q[1] << ' ' << q[2];
         // A box can extend closer than a cell to a plane that is perpendicular to a coordinate axis.
-        if (ball > 0.3)
+        if (ball_distance > 0.3)
             close_to_walls += box.upper.x > 0.99 || box.lower.x < -0.99 || box.upper.y > 0.99 || box.lower.y < -0.99;
     }
     EXPECT_GT(close_to_walls, 5000);
@@ -307,8 +307,8 @@ TEST_F(SceneSurfaces, AreInNoClearBoxOfARandomMesh) {
     EXPECT_GT(not_empty, 1000);
 }
 
-// The distance of a point query is compared with the least distance to samples of the triangles. Edges are shorter than
-// 3.5, so that a sample is at most 3.5/40 from the nearest point.
+// The result of distance_to_surfaces is compared with the least distance to samples of the triangles. Edges are shorter
+// than 3.5, so that a sample is at most 3.5/40 from the nearest point.
 TEST_F(SceneSurfaces, HaveTheClearanceOfABruteForceSearch) {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> coordinate(-1, 1);

@@ -22,44 +22,44 @@ void for_adaptive_methods(const Check& check) {
     });
 }
 
-/// The end of a path, and the numbers of accepted and rejected steps.
+/// The end of an integrated path, and the numbers of accepted and rejected steps.
 struct Path {
     State<double> end;
     int accepted = 0, rejected = 0;
 };
-/// Integrates a bent ray over its path with the step lengths that the method suggests.
+/// Integrates bent ray number `ray` over `path_length`, with the step lengths that the method suggests.
 template <class H>
 Path integrate(const Method& method, bool rescaled, int ray, double tolerance) {
-    auto steps = Steps<double>::in<H>(method, rescaled);
-    steps.state.options.tolerance = tolerance;
-    steps.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / 2);
+    auto stepper = SpaceStepper<double>::for_space<H>(method, rescaled);
+    stepper.state.options.tolerance = tolerance;
+    stepper.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / 2);
     Path path;
     double remaining = path_length<H>;
     while (remaining > 0 && path.accepted + path.rejected < 10000) {
-        const bool last = steps.state.h >= remaining;
-        if (last) steps.state.h = remaining;
-        steps.step();
-        if (steps.state.accepted) {
-            remaining = last ? 0 : remaining - steps.state.h;
-            steps.state.start = steps.state.end;
+        const bool last = stepper.state.h >= remaining;
+        if (last) stepper.state.h = remaining;
+        stepper.step();
+        if (stepper.state.accepted) {
+            remaining = last ? 0 : remaining - stepper.state.h;
+            stepper.state.start = stepper.state.end;
             ++path.accepted;
         } else {
-            EXPECT_LT(steps.state.suggested_length, steps.state.h)
+            EXPECT_LT(stepper.state.suggested_length, stepper.state.h)
                 << "The length suggested after a rejected step must be shorter.";
             ++path.rejected;
         }
-        steps.state.h = steps.state.suggested_length;
+        stepper.state.h = stepper.state.suggested_length;
     }
-    path.end = steps.state.start;
+    path.end = stepper.state.start;
     EXPECT_EQ(remaining, 0) << "The path is not complete after 10000 steps.";
     return path;
 }
 
-/// Returns the end of the path of a bent ray, computed by a collocation method of order 12 with 64 steps.
+/// Returns the end of the path of bent ray number `ray`, computed by a collocation method of order 12 with 64 steps.
 template <class H>
 State<double> reference(bool rescaled, int ray) {
     constexpr int steps = 64;
-    auto stepper = Steps<double>::in<H>(method_named("gauss12"), rescaled);
+    auto stepper = SpaceStepper<double>::for_space<H>(method_named("gauss12"), rescaled);
     stepper.begin(state_of<double>(bent_ray<H>(ray)), path_length<H> / steps);
     stepper.advance(steps);
     return stepper.state.end;
@@ -104,13 +104,13 @@ void expect_independent_lanes() {
     V h;
     for (int i = 0; i < lane_count<V>; ++i) set_lane(h, i, S(path_length<H> * std::ldexp(1.5, -i)));
     for_adaptive_methods<H>([&](const Method& method, bool rescaled) {
-        auto packet = Steps<V>::template in<H>(method, rescaled);
+        auto packet = SpaceStepper<V>::template for_space<H>(method, rescaled);
         packet.state.options.tolerance = S(1e-4);
         packet.begin(packet_start, h);
         packet.step();
         const std::uint64_t accepted = to_bits(packet.state.accepted);
         for (int i = 0; i < lane_count<V>; ++i) {
-            auto scalar = Steps<S>::template in<H>(method, rescaled);
+            auto scalar = SpaceStepper<S>::template for_space<H>(method, rescaled);
             scalar.state.options.tolerance = S(1e-4);
             scalar.begin(start, get_lane(h, i));
             scalar.step();

@@ -18,8 +18,8 @@ constexpr int carried_quantities = 3;
 /// One value for each carried quantity; the first is λ.
 using CarriedValues = std::array<Quad, carried_quantities>;
 
-/// Maxwell's fisheye with two carried quantities: the optical path ∫ N² dτ, and the change of q·p, which is
-/// ∫ (N² − q·∂K/∂q) dτ. On H = 0 both rates are functions of q alone.
+/// Maxwell's fisheye with two carried quantities: the optical path ∫ N² dτ, where N is the index of refraction, and the
+/// change of q·p, which is ∫ (N² − q·∂K/∂q) dτ. On H = 0 both rates are functions of q alone.
 template <class S>
 struct FisheyeWithPaths : System<Fisheye, false, S> {
     using System<Fisheye, false, S>::System;
@@ -42,9 +42,9 @@ struct FisheyeWithPaths : System<Fisheye, false, S> {
         const Quad angle = 2 * atan2(sqrt(sine2), sqrt(1 - sine2));
         return {0, Quad(k.n0) * k.radius / 2 * angle, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
-    /// Returns the start of bent ray `which`. Its momentum is rescaled so that H = 0 in quadruple precision.
-    static State<Quad> start(int which) {
-        State<Quad> s = state_of<Quad>(bent_ray<Fisheye>(which));
+    /// Returns the start of a bent ray. Its momentum is rescaled so that H = 0 in quadruple precision.
+    static State<Quad> start(int ray_index) {
+        State<Quad> s = state_of<Quad>(bent_ray<Fisheye>(ray_index));
         const auto k = make_parameters<Fisheye>(default_parameters<Fisheye>().data());
         const Quad n2 = Fisheye::index_squared<Quad>({k.n0, k.radius}, s.q());
         s.set(s.q(), sqrt(n2 / dot(s.p(), s.p())) * s.p());
@@ -70,7 +70,7 @@ struct WithProducts : System<H, Rescaled, S> {
     static CarriedValues closed_form(const State<Quad>& a, const State<Quad>& b) {
         return {0, (dot(b.q(), b.q()) - dot(a.q(), a.q())) / 2, dot(b.q(), b.p()) - dot(a.q(), a.p())};
     }
-    static State<Quad> start(int which) { return state_of<Quad>(bent_ray<H>(which)); }
+    static State<Quad> start(int ray_index) { return state_of<Quad>(bent_ray<H>(ray_index)); }
 };
 
 template <class S>
@@ -88,7 +88,7 @@ StepperState<V, N> integrate(const System& system, const Coefficients& coefficie
     static_cast<State<V>&>(state.start) = start;
     state.h = h;
     state.options.compute_carried = true;
-    state.options.tolerance = Steps<V>::unlimited_tolerance;
+    state.options.tolerance = SpaceStepper<V>::unlimited_tolerance;
     state.gradients = state.lane_iterations = V(S(0));
     for (int k = 0; k < N; ++k) state.start.carried(k) = V(S(0));
     for (int i = 0; i < steps; ++i) {
@@ -113,14 +113,14 @@ void for_all_steppers(const Check& check) {
     }
 }
 
-/// Returns the exact carried quantities at the end of the path of bent ray `which`. The state and λ at the end are
-/// computed by a collocation method of order 16 that carries no further quantity.
+/// Returns the exact carried quantities at the end of the path of a bent ray. The state and λ at the end are computed
+/// by a collocation method of order 16, without carried quantities other than λ.
 template <class System, class H>
-CarriedValues expected(int which) {
+CarriedValues expected(int ray_index) {
     const auto parameters = default_parameters<H>();
     const kagero::System<H, System::rescaled, Quad> plain(parameters.data());
     constexpr int steps = 64;
-    const State<Quad> start = System::start(which);
+    const State<Quad> start = System::start(ray_index);
     const Quad h = Quad(path_length<H>) / steps;
     const auto state = integrate<Gauss<0>, 1>(plain, {.gauss = &gauss_tableau<8>}, start, h, steps);
     EXPECT_TRUE(state.solved);
@@ -224,8 +224,8 @@ TEST(CarriedQuantities, ConvergeWithTheOrderOfTheMethodUnderTimeRescaling) {
     expect_order<SchwarzschildWithProducts<Quad>, Schwarzschild>();
 }
 
-/// Expects that state and λ at the end of a step are the same in `System` and in `Plain`, bit for bit. `Plain` is the
-/// same system without further carried quantities. Without time rescaling λ must be equal to τ.
+/// Expects that state and λ after two steps are the same in `System` and in `Plain`, bit for bit. `Plain` is the same
+/// system with λ as its only carried quantity. Without time rescaling λ must be equal to τ.
 template <class System, class Plain, class H>
 void expect_same_state_and_parameter() {
     const auto parameters = default_parameters<H>();
@@ -234,13 +234,13 @@ void expect_same_state_and_parameter() {
     const State<double> start = state_of<double>(bent_ray<H>());
     const double h = path_length<H> / 16;
     for_all_steppers<System>([&]<class Stepper>(const Method& method) {
-        const auto with_further = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
-        const auto without_further = integrate<Stepper, 1>(plain, method.coefficients, start, h, 2);
-        EXPECT_TRUE(with_further.solved && without_further.solved);
-        for (int k = 0; k < phase_size; ++k) EXPECT_EQ(with_further.end.y[k], without_further.end.y[k]) << k;
-        EXPECT_EQ(with_further.end.parameter, without_further.end.parameter);
+        const auto with_others = integrate<Stepper, carried_quantities>(system, method.coefficients, start, h, 2);
+        const auto without_others = integrate<Stepper, 1>(plain, method.coefficients, start, h, 2);
+        EXPECT_TRUE(with_others.solved && without_others.solved);
+        for (int k = 0; k < phase_size; ++k) EXPECT_EQ(with_others.end.y[k], without_others.end.y[k]) << k;
+        EXPECT_EQ(with_others.end.parameter, without_others.end.parameter);
         if constexpr (!System::rescaled) {
-            EXPECT_EQ(with_further.end.parameter, h + h);
+            EXPECT_EQ(with_others.end.parameter, h + h);
         }
     });
 }

@@ -19,8 +19,9 @@ struct Solution {
 
 using hamiltonians::Mirage, hamiltonians::Schwarzschild;
 
-/// Returns the result of a step with eq. (16). The first argument only selects the overload. With f = r_g/r, n = q/r
-/// and a = τ f/(2r), u = p_t + n·p satisfies u' = u − a u'². The other components of p' satisfy linear equations.
+/// Returns the result of a step with eq. (16). The first argument only selects the overload. Primes denote values at
+/// the end of the step. With f = r_g/r, n = q/r and a = τ f/(2r), u = p_t + n·p satisfies u' = u − a u'². The
+/// components of p' normal to n satisfy linear equations.
 Solution closed_form(const Schwarzschild*, const RayStart& ray, double tau) {
     const double rg = default_parameters<Schwarzschild>()[0];
     const Vec3<double> q{ray.q[0], ray.q[1], ray.q[2]}, p{ray.p[0], ray.p[1], ray.p[2]};
@@ -34,7 +35,7 @@ Solution closed_form(const Schwarzschild*, const RayStart& ray, double tau) {
     return {{position.x, position.y, position.z, momentum.x, momentum.y, momentum.z}, std::min(root, transverse)};
 }
 
-/// Returns the result of a step with eq. (17). With g = ∇n and A = 1 + τ p·g, s = |p'|² satisfies
+/// Returns the result of a step with eq. (17), H = n |p|²/2. With g = ∇n and A = 1 + τ p·g, s = |p'|² satisfies
 /// τ²g²s²/4 − A s + |p|² = 0. The roots coincide at A = |τ| |g| |p|.
 Solution closed_form(const Mirage*, const RayStart& ray, double tau) {
     const auto k = make_parameters<Mirage>(default_parameters<Mirage>().data());
@@ -56,14 +57,14 @@ TYPED_TEST_SUITE(EulerStep, SpacesWithClosedForms, HamiltonianName);
 template <class H, class V>
 void expect_closed_form(double greatest_tau) {
     Random random(31);
-    auto steps = Steps<V>::template in<H>(method_named("euler"), false);
+    auto stepper = SpaceStepper<V>::template for_space<H>(method_named("euler"), false);
     int solvable = 0, unsolvable = 0;
     for (const RayStart& ray : random_rays<H>(2000, 32)) {
         const double tau = random(-greatest_tau, greatest_tau);
         const Solution expected = closed_form(static_cast<const H*>(nullptr), ray, tau);
-        steps.begin(state_of<V>(ray), V(tau));
-        steps.step();
-        const bool solved = to_bits(steps.state.solved) & 1;
+        stepper.begin(state_of<V>(ray), V(tau));
+        stepper.step();
+        const bool solved = to_bits(stepper.state.solved) & 1;
         // If |margin| is at most `fold_margin`, the result depends on rounding and is not tested. If the margin is
         // below `divergence_margin`, the iteration may diverge, so that the step may be unsolved.
         constexpr double fold_margin = 1e-6, divergence_margin = 0.5;
@@ -73,7 +74,7 @@ void expect_closed_form(double greatest_tau) {
             for (int k = 0; k < 6; ++k) {
                 const double size =
                     (1 + std::abs(expected.y[k])) * (1 + std::abs(tau)) / (expected.margin * expected.margin);
-                EXPECT_NEAR(get_lane(steps.state.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size)
+                EXPECT_NEAR(get_lane(stepper.state.end.y[k], 0), expected.y[k], 100 * machine_epsilon<double> * size)
                     << "component " << k;
             }
             ++solvable;

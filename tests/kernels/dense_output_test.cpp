@@ -14,31 +14,32 @@ TYPED_TEST_SUITE(DenseOutput, AllHamiltonians, HamiltonianName);
 
 /// Returns a stepper that has performed one step of length h of a bent ray.
 template <class H>
-Steps<Quad> one_step(const std::string& method, bool rescaled, int ray, Quad h) {
-    auto run = Steps<Quad>::template in<H>(method_named(method), rescaled);
-    run.begin(state_of<Quad>(bent_ray<H>(ray)), h);
-    run.step();
-    return run;
+SpaceStepper<Quad> one_step(const std::string& method, bool rescaled, int ray, Quad h) {
+    auto stepper = SpaceStepper<Quad>::template for_space<H>(method_named(method), rescaled);
+    stepper.begin(state_of<Quad>(bent_ray<H>(ray)), h);
+    stepper.step();
+    return stepper;
 }
 
-/// The error of dense output, summed over three points inside a step and over the bent rays. Also the length of the
-/// step, summed over the bent rays.
+/// The errors of dense output at three points inside a step, and the length of the step. Both are sums over the bent
+/// rays.
 struct CurveError {
     double error = 0, length = 0;
 };
-/// Returns the error of the dense output `curve_of(state)` inside a step of length h from the start of each bent ray.
+/// Returns the error of the dense output `curve_of(state)` inside a step of length h in τ from the start of each bent
+/// ray.
 template <class H, class CurveOf>
 CurveError error_inside(const std::string& method, bool rescaled, Quad h, const CurveOf& curve_of) {
     CurveError sum;
     for (int ray = 0; ray < bent_ray_count; ++ray) {
-        const auto run = one_step<H>(method, rescaled, ray, h);
-        const Curve<Quad> curve = curve_of(run.state);
+        const auto stepper = one_step<H>(method, rescaled, ray, h);
+        const Curve<Quad> curve = curve_of(stepper.state);
         const auto distance = [](const Vec3<Quad>& a, const Vec3<Quad>& b) {
             return std::sqrt(static_cast<double>(dot(a - b, a - b)));
         };
-        EXPECT_EQ(distance(curve.at(Quad(0)), run.state.start.q()), 0);
-        EXPECT_EQ(distance(curve.at(Quad(1)), run.state.end.q()), 0);
-        sum.length += distance(run.state.start.q(), run.state.end.q());
+        EXPECT_EQ(distance(curve.at(Quad(0)), stepper.state.start.q()), 0);
+        EXPECT_EQ(distance(curve.at(Quad(1)), stepper.state.end.q()), 0);
+        sum.length += distance(stepper.state.start.q(), stepper.state.end.q());
         for (const double s : {0.19, 0.44, 0.78})
             sum.error += distance(curve.at(Quad(s)), one_step<H>("gauss16", rescaled, ray, Quad(s) * h).state.end.q());
     }

@@ -1,7 +1,6 @@
 // Compares three formulations of the motion of rays, which are derived from the same H by automatic differentiation:
 // Hamilton's equations (Satoh 2003, eq. 7), the geodesic equation with Christoffel symbols (eq. 6), and the ray
-// equation of a refracting medium (eq. 5). All formulations must give the same acceleration of a
-// ray.
+// equation of a refracting medium (eq. 5). All formulations must give the same acceleration of a ray.
 #include "tests/kernels/spaces.h"
 
 #include "kernels/observers/observers.h"

@@ -45,7 +45,7 @@ TEST(GaussTable, ThreeStagesMatchThePublishedTable) {
     }
 }
 
-/// Checks the equations that the coefficients of every method satisfy, for s stages.
+/// Checks the equations that define the coefficients of the method with s stages, and its symplecticity and symmetry.
 template <int s>
 void expect_defining_properties() {
     SCOPED_TRACE(std::to_string(s) + " stages");

@@ -28,7 +28,8 @@ std::complex<double> pade(int s, std::complex<double> z) {
     return numerator / denominator;
 }
 
-/// Compares one step in the optical fiber, whose rays are harmonic in x and y, with the Padé approximant.
+/// Compares one step in the optical fiber, whose rays are harmonic in x and y, with the Padé approximant. `phase` is
+/// the phase change of the exact oscillation during the step, in radians.
 template <class V>
 void expect_pade(const char* name) {
     using S = ScalarOf<V>;
@@ -36,16 +37,16 @@ void expect_pade(const char* name) {
     const double n0 = default_parameters<Fiber>()[0], alpha = default_parameters<Fiber>()[1], omega = n0 * alpha;
     for (const double phase : {0.5, 4.0, 8.0, 12.0}) {
         SCOPED_TRACE(phase);
-        auto steps = Steps<V>::template in<Fiber>(method, false);
+        auto stepper = SpaceStepper<V>::template for_space<Fiber>(method, false);
         const State<double> start{{0.4, -0.3, 0.1, 0.2, 0.25, 1.2, 0}};
         State<V> packet_start;
         for (int k = 0; k < 7; ++k) packet_start.y[k] = V(S(start.y[k]));
         const double h = phase / omega;
-        steps.begin(packet_start, V(S(h)));
-        steps.step();
-        EXPECT_TRUE(to_bits(steps.state.solved) & 1);
+        stepper.begin(packet_start, V(S(h)));
+        stepper.step();
+        EXPECT_TRUE(to_bits(stepper.state.solved) & 1);
         const std::complex<double> factor = pade(stages_of(method), {0, phase});
-        const auto component = [&](int k) { return double(get_lane(steps.state.end.y[k], lane_count<V> - 1)); };
+        const auto component = [&](int k) { return double(get_lane(stepper.state.end.y[k], lane_count<V> - 1)); };
         const double rounding = 1e3 * double(machine_epsilon<S>);
         for (int k = 0; k < 2; ++k) {
             // The complex number q + i p/ω rotates clockwise, so that a step multiplies it by the complex conjugate of
@@ -75,11 +76,12 @@ struct LongStep {
     std::array<double, 6> end;  ///< Position and momentum at the end.
 };
 LongStep long_step(const Method& method, double h) {
-    auto steps = Steps<double>::in<Fisheye>(method, false);
-    steps.begin(state_of<double>(bent_ray<Fisheye>()), h);
-    steps.step();
-    LongStep result{steps.state.solved, double(steps.state.lane_iterations) > Convergence<double>::max_iterations, {}};
-    std::copy(steps.state.end.y, steps.state.end.y + 6, result.end.begin());
+    auto stepper = SpaceStepper<double>::for_space<Fisheye>(method, false);
+    stepper.begin(state_of<double>(bent_ray<Fisheye>()), h);
+    stepper.step();
+    const bool used_newton = double(stepper.state.lane_iterations) > Convergence<double>::max_iterations;
+    LongStep result{stepper.state.solved, used_newton, {}};
+    std::copy(stepper.state.end.y, stepper.state.end.y + 6, result.end.begin());
     return result;
 }
 

@@ -30,16 +30,16 @@ constexpr double path_angle = 1.2;
 template <class H, class V>
 std::optional<PathEnd> integrate(const Method& method, bool rescaled, const RayStart& ray, int steps,
                           Quad length = path_length<H>) {
-    auto run = Steps<V>::template in<H>(method, rescaled);
-    run.begin(state_of<V>(ray), V(V(length) / V(steps)));
+    auto stepper = SpaceStepper<V>::template for_space<H>(method, rescaled);
+    stepper.begin(state_of<V>(ray), V(V(length) / V(steps)));
     for (int i = 0; i < steps; ++i) {
-        run.advance(1);
-        if (!run.state.solved) return {};
+        stepper.advance(1);
+        if (!stepper.state.solved) return {};
     }
     PathEnd end;
-    for (int k = 0; k < 6; ++k) end.y[k] = run.state.end.y[k];
-    end.energy = run.state.energy;
-    end.parameter = run.state.end.parameter;
+    for (int k = 0; k < 6; ++k) end.y[k] = stepper.state.end.y[k];
+    end.energy = stepper.state.energy;
+    end.parameter = stepper.state.end.parameter;
     return end;
 }
 

@@ -38,8 +38,8 @@ TYPED_TEST(QuadSpaces, StepsMatchDoubleToRounding) {
     using H = TypeParam;
     for_all_methods<H>([](const Method& method, bool rescaled) {
         const double h = path_length<H> / 32;
-        auto in_quad = Steps<Quad>::in<H>(method, rescaled);
-        auto in_double = Steps<double>::in<H>(method, rescaled);
+        auto in_quad = SpaceStepper<Quad>::for_space<H>(method, rescaled);
+        auto in_double = SpaceStepper<double>::for_space<H>(method, rescaled);
         in_quad.begin(state_of<Quad>(bent_ray<H>()), Quad(h));
         in_double.begin(state_of<double>(bent_ray<H>()), h);
         in_quad.step();

@@ -9,13 +9,13 @@ template <class H>
 class Rescaling : public ::testing::Test {};
 TYPED_TEST_SUITE(Rescaling, AllHamiltonians, HamiltonianName);
 
-/// Returns the start of bent ray `which`, with H = H0 to the rounding of double.
+/// Returns the start of a bent ray, with H = H0 to the rounding of double.
 template <class H>
-RayStart bent_ray_on_level(const Method& method, int which) {
-    auto steps = Steps<double>::in<H>(method, false);
-    const RayStart rounded = bent_ray<H>(which);
-    steps.begin(state_of<double>(rounded), 0.0);
-    const Vec3<double>& v = steps.state.start.velocity;
+RayStart bent_ray_on_level(const Method& method, int ray_index) {
+    auto stepper = SpaceStepper<double>::for_space<H>(method, false);
+    const RayStart rounded = bent_ray<H>(ray_index);
+    stepper.begin(state_of<double>(rounded), 0.0);
+    const Vec3<double>& v = stepper.state.start.velocity;
     RayStart ray;
     EXPECT_EQ(start_ray<H>(rounded.q, {v.x, v.y, v.z}, ray), Failure::none);
     return ray;
@@ -31,9 +31,10 @@ TYPED_TEST(Rescaling, ReachesTheSameStateAtTheSameParameter) {
         for (const Method& method : methods_for<H>(true)) {
             if (method.info.order < 8) continue;  // the truncation error must be below rounding errors
             SCOPED_TRACE(method.info.name);
-            for (int which = 0; which < bent_ray_count; ++which) {
-                const RayStart ray = bent_ray_on_level<H>(method, which);
-                auto rescaled = Steps<double>::in<H>(method, true), unrescaled = Steps<double>::in<H>(method, false);
+            for (int ray_index = 0; ray_index < bent_ray_count; ++ray_index) {
+                const RayStart ray = bent_ray_on_level<H>(method, ray_index);
+                auto rescaled = SpaceStepper<double>::for_space<H>(method, true);
+                auto unrescaled = SpaceStepper<double>::for_space<H>(method, false);
                 rescaled.begin(state_of<double>(ray), path_length<H> / 2 / n);
                 rescaled.advance(n);
                 unrescaled.begin(state_of<double>(ray), rescaled.state.end.parameter / (4 * n));

@@ -3,8 +3,8 @@
 
 #include "tests/kernels/start_regions.h"
 
-// This header comes first: __float128 belongs to no namespace, so argument-dependent lookup does not find its
-// functions. They must be declared before the templates below.
+// quad.h must precede the headers below. Argument-dependent lookup does not find the functions of __float128, which
+// belongs to no namespace, so that these functions must be declared before the templates that call them.
 #include "kernels/numeric/quad.h"
 
 #include "all_hamiltonians.inc"
@@ -23,8 +23,8 @@ extern "C" const kagero::Module* kagero_kernels();
 namespace kagero::test {
 
 namespace detail {
-/// Removes the first type of a list. The lists below begin with `void`, because each expansion of their macro begins
-/// with a comma.
+/// Removes the first type of a list. Lists that are made with KAGERO_HAMILTONIAN begin with `void`, because each
+/// expansion of this macro begins with a comma.
 template <class First, class... Rest>
 struct AllButFirst {
     using Types = ::testing::Types<Rest...>;
@@ -61,7 +61,7 @@ std::uint32_t index_of() {
     return h;
 }
 
-/// Returns the legal values of `rescaled`: false for H, and true for Ω·(H − H0) if H declares a time rescaling Ω.
+/// Returns the possible values of `rescaled`: false for H, and true for Ω·(H − H0) if H declares a time rescaling Ω.
 template <class H>
 std::vector<bool> rescalings() {
     if constexpr (Rescalable<H>) return {false, true};
@@ -115,15 +115,15 @@ std::vector<RayStart> random_rays(std::size_t n, std::uint64_t seed) {
     return rays;
 }
 
-/// Returns the start of strongly bent ray `which`. On a path of length `path_length` the ray is neither captured nor
-/// leaves the medium. Position and momentum are exactly representable in float, so that all number types start with the
-/// same ray. H is therefore equal to H0 only to the rounding of float. With `on_level`, H is equal to H0 to the
+/// Returns the start of one of three strongly bent rays. On a path of length `path_length` the ray is neither captured
+/// nor leaves the medium. Position and momentum are exactly representable in float, so that all number types start with
+/// the same ray. H is therefore equal to H0 only to the rounding of float. With `on_level`, H is equal to H0 to the
 /// rounding of double, because the momentum is not rounded to float.
 template <class H>
-RayStart bent_ray(int which = 0, bool on_level = false) {
+RayStart bent_ray(int ray_index = 0, bool on_level = false) {
     constexpr double d[][3] = {{-0.3, 0.8, 0.5}, {0.1, -0.4, 0.9}, {-0.2, -0.7, -0.6}};
     RayStart ray;
-    EXPECT_EQ(start_ray<H>(start_region_of(H::name).q, d[which], ray), Failure::none) << H::name;
+    EXPECT_EQ(start_ray<H>(start_region_of(H::name).q, d[ray_index], ray), Failure::none) << H::name;
     if (on_level) return ray;
     for (double& p : ray.p) p = static_cast<float>(p);
     return ray;

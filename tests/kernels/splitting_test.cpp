@@ -91,7 +91,8 @@ TYPED_TEST(Splitting, ClosedFormFlowMatchesIntegration) {
     }
 }
 
-// Rays towards the centre must be captured, also if a step passes through the centre. Their states must stay finite.
+// Rays towards the centre must be captured, also if a step passes through the centre. The states of the rays must stay
+// finite.
 TYPED_TEST(Splitting, RaysThroughTheCentreAreCaptured) {
     using H = TypeParam;
     if constexpr (!ExactlySplit<H>) {
@@ -110,13 +111,13 @@ TYPED_TEST(Splitting, RaysThroughTheCentreAreCaptured) {
             for (const Method& method : methods_for<H>(false)) {
                 if (method.kind != StepperKind::exact_split) continue;
                 SCOPED_TRACE(method.info.name);
-                auto steps = Steps<double>::in<H>(method, false);
-                steps.begin(state_of<double>(ray), H::step);
-                for (int i = 0; i < 200 && (i == 0 || steps.state.end.captured > 0); ++i) {
-                    steps.advance(1);
-                    for (const double y : steps.state.end.y) EXPECT_TRUE(std::isfinite(y));
+                auto stepper = SpaceStepper<double>::for_space<H>(method, false);
+                stepper.begin(state_of<double>(ray), H::step);
+                for (int i = 0; i < 200 && (i == 0 || stepper.state.end.captured > 0); ++i) {
+                    stepper.advance(1);
+                    for (const double y : stepper.state.end.y) EXPECT_TRUE(std::isfinite(y));
                 }
-                EXPECT_LE(steps.state.end.captured, 0) << "at r = " << norm(steps.state.end.q());
+                EXPECT_LE(stepper.state.end.captured, 0) << "at r = " << norm(stepper.state.end.q());
             }
         }
     }

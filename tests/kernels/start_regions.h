@@ -1,6 +1,6 @@
 /// Start positions of test rays, one row per space. The positions fit the length scale of the space and are away from
 /// its edges and discontinuities. The last row applies to all other spaces, which bend rays within a few units of
-/// length around the origin.
+/// length around the origin. N is the index of refraction, and n is the factor of |p|²/2 in H.
 #pragma once
 
 #include <string_view>

@@ -36,14 +36,14 @@ void for_all_methods(const Check& check) {
     }
 }
 
-/// Returns the row of the table of integrators with the given name; throws if there is none.
+/// Returns the row of the table of methods with the given name; throws if there is none.
 inline const Method& method_named(const std::string& name) {
     for (const Method& m : methods)
         if (m.info.name == name) return m;
     throw std::runtime_error("no method " + name);
 }
 
-/// Returns the number of stages or substeps of a method per step. Bounds on rounding errors are proportional to it.
+/// Returns the number of stages or substeps of a method per step, to which bounds on rounding errors are proportional.
 inline int stages_of(const Method& m) {
     const Coefficients& c = m.coefficients;
     return c.table   ? c.table->stages
@@ -92,7 +92,7 @@ bool symmetric_in(const Method& m) { return m.info.symmetric || recipe_is_exact_
 
 /// Returns true if H contains exp, log or tanh, which packets and the standard library round differently.
 template <class H>
-bool is_transcendental() {
+bool has_exp_log_or_tanh() {
     static Tape tape;
     static const Recording<H> recorded(tape);
     return std::any_of(tape.nodes, tape.nodes + tape.size, [](const Node& n) {
@@ -100,21 +100,21 @@ bool is_transcendental() {
     });
 }
 
-/// A stepper in one space, with its state.
+/// A method in one space, with the state of its stepper.
 template <class V>
-class Steps {
+class SpaceStepper {
 public:
     StepperState<V> state;
 
     /// Returns a stepper for H or, if `rescaled` is set, for Ω·(H − H0), with the default parameters.
     template <class H>
-    static Steps in(const Method& method, bool rescaled) {
-        return with(method, space_kernel<H, V>(rescaled), default_parameters<H>().data());
+    static SpaceStepper for_space(const Method& method, bool rescaled) {
+        return with_kernel(method, space_kernel<H, V>(rescaled), default_parameters<H>().data());
     }
 
-    /// Returns a stepper that uses the given kernel.
-    static Steps with(const Method& method, const SpaceKernel<V>& kernel, const double* parameters) {
-        return Steps(method, kernel, parameters);
+    /// Returns a stepper that uses the given kernel and parameters.
+    static SpaceStepper with_kernel(const Method& method, const SpaceKernel<V>& kernel, const double* parameters) {
+        return SpaceStepper(method, kernel, parameters);
     }
 
     /// Sets the start of the first step and the step length h, and initialises the stepper.
@@ -128,7 +128,7 @@ public:
     }
     /// Performs one step from state.start to state.end.
     void step() { kernel_.step[static_cast<int>(method_.kind)](system_, state, method_.coefficients); }
-    /// Performs n steps. state.end is the end of the last one.
+    /// Performs n steps. state.end is the end of the last step.
     void advance(int n) {
         for (int i = 0; i < n; ++i) {
             step();
@@ -140,7 +140,7 @@ public:
     static constexpr ScalarOf<V> unlimited_tolerance = ScalarOf<V>(1e30f);
 
 private:
-    Steps(const Method& method, const SpaceKernel<V>& kernel, const double* parameters)
+    SpaceStepper(const Method& method, const SpaceKernel<V>& kernel, const double* parameters)
         : method_(method), kernel_(kernel) {
         kernel_.construct(system_, parameters);
         state.options.tolerance = unlimited_tolerance;
@@ -159,28 +159,28 @@ enum class Motion {
     general,   ///< The right-hand sides are nonlinear functions of the state.
 };
 
-/// Returns the motion in the space of H. It is determined from gradients of H at random states and at the states
-/// halfway between two of them.
+/// Returns how the right-hand sides of Hamilton's equations of H depend on the state. Compares gradients of H at random
+/// states and halfway between two of these states.
 template <class H>
 Motion motion_in() {
-    auto steps = Steps<double>::in<H>(method_named("gauss8"), false);
+    auto stepper = SpaceStepper<double>::for_space<H>(method_named("gauss8"), false);
     const auto rays = random_rays<H>(12, 17);
     const auto gradient = [&](const State<double>& s) {
-        steps.begin(s, 0);  // computes the gradient of H
-        return std::to_array(steps.state.stage[0]);
+        stepper.begin(s, 0);  // computes the gradient of H
+        return std::to_array(stepper.state.stage[0]);
     };
     double force = 0, change = 0, nonlinearity = 0, size = 0;
     for (std::size_t i = 1; i < rays.size(); ++i) {
         const auto a = state_of<double>(rays[0]), b = state_of<double>(rays[i]);
-        State<double> half = a;
-        for (int k = 0; k < 6; ++k) half.y[k] = 0.5 * (a.y[k] + b.y[k]);
-        const auto ga = gradient(a), gb = gradient(b), gh = gradient(half);
+        State<double> middle = a;
+        for (int k = 0; k < 6; ++k) middle.y[k] = 0.5 * (a.y[k] + b.y[k]);
+        const auto ga = gradient(a), gb = gradient(b), g_middle = gradient(middle);
         for (int k = 0; k < 6; ++k) {
             if (k < 3) {
                 force = std::max(force, std::abs(ga[k]));
                 change = std::max(change, std::abs(gb[k] - ga[k]));
             }
-            nonlinearity = std::max(nonlinearity, std::abs(ga[k] + gb[k] - 2 * gh[k]));
+            nonlinearity = std::max(nonlinearity, std::abs(ga[k] + gb[k] - 2 * g_middle[k]));
             size = std::max(size, std::abs(gb[k]));
         }
     }

@@ -1,5 +1,6 @@
-// Tests of the reverse sweep along a ray (kernels/adjoint/sweep.h). Its adjoints are compared with differences of
-// neighbouring rays. Bounds on the rounding errors of programs are compared with sums that are computed by hand.
+// Tests of the reverse sweep along a ray (kernels/adjoint/sweep.h). The adjoints of the sweep are compared with
+// differences of neighbouring rays. Bounds on the rounding errors of programs are compared with sums that are computed
+// by hand.
 #include "tests/kernels/steps.h"
 
 #include "kernels/adjoint/rounding.h"
@@ -29,7 +30,8 @@ EndSensitivity<V> sensitivity_on_plane(const Vec3<V>& normal) {
     return {normal, {{zero, one, zero}, {zero, zero, one}}, {{zero, zero, zero}, {zero, zero, zero}}};
 }
 
-/// Returns the adjoints at the start of a path, in the last lane.
+/// Returns the derivatives of the two film coordinates with respect to position and momentum at the start of a path, in
+/// the last lane.
 std::array<std::array<double, 6>, 2> adjoints_at_start(const SpaceKernel<V>& kernel, const double* parameters,
                                                        const Path& path, const EndSensitivity<V>& end) {
     SystemStorage system;
@@ -50,7 +52,7 @@ std::array<std::array<double, 6>, 2> adjoints_at_start(const SpaceKernel<V>& ker
 /// Integrates the path of a ray with the given number of steps.
 template <class H>
 Path path_from(const State<V>& start, bool rescaled, int steps) {
-    auto stepper = Steps<V>::template in<H>(method_named("gauss8"), rescaled);
+    auto stepper = SpaceStepper<V>::template for_space<H>(method_named("gauss8"), rescaled);
     stepper.begin(start, V(path_length<H> / steps));
     Path path{{start}, {V(0.0)}};
     for (int i = 0; i < steps; ++i) {
@@ -144,7 +146,7 @@ TEST(Roundings, AreSummedOverAllOperations) {
     const int x = t.input(0), y = t.input(1);
     const auto program = kagero::detail::extract_untrimmed<1>(t, std::array{t.recip(t.mul(x, y))});
     const double inputs[] = {4, 5}, seeds[] = {0.6, 0.8};
-    const double sum = sum_of_roundings<double>(
+    const double sum = rounding_bound_of<double>(
         ProgramWithUniforms<double>{
             {program.nodes, program.slot, program.outputs.data(), program.size}, nullptr},
         inputs, seeds, 1);
@@ -158,7 +160,7 @@ TEST(Roundings, IncludeProductsThatAreNotFused) {
     const auto program =
         kagero::detail::extract_untrimmed<1>(t, std::array{t.sub(t.mul(t.input(0), t.input(1)), t.input(2))});
     const double inputs[] = {4, 5, 19}, seeds[] = {0.6, 0.8};
-    const double sum = sum_of_roundings<double>(
+    const double sum = rounding_bound_of<double>(
         ProgramWithUniforms<double>{
             {program.nodes, program.slot, program.outputs.data(), program.size}, nullptr},
         inputs, seeds, 1);

@@ -77,9 +77,9 @@ std::vector<double> amplification_factors(const std::vector<RayStart>& starts, c
     return factors;
 }
 
-// Modules differ by fused products and by the rounding of square roots. The tolerance is 500 rounding errors of
-// coordinates of order 1, times the amplification of the ray. Rays with infinite amplification are left out; they must
-// be fewer than 1 % of all rays.
+// Modules differ in the use of fused multiply-add, and in the rounding of reciprocals and reciprocal square roots. The
+// tolerance is 500 rounding errors of coordinates of order 1, times the amplification of the ray. Rays with infinite
+// amplification are left out; they must be fewer than 1 % of all rays.
 TEST(Isas, RayEndsAreEqualToRounding) {
     const auto isas = supported_isas();
     if (isas.size() < 2) GTEST_SKIP() << "Only one instruction set is supported.";

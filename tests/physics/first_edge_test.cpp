@@ -15,9 +15,9 @@ namespace {
 const std::string view =
     "\n[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [8, 8]\n";
 
-/// Returns a scene with a medium that bends rays slightly. `edges` contains further keys of the space.
-std::string medium(const std::string& edges, const std::string& objects = "") {
-    return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - 0.1*exp(-x^2))\"\n" + edges +
+/// Returns a scene with a medium that bends rays slightly. `space_keys` contains further keys of the space.
+std::string medium(const std::string& space_keys, const std::string& objects = "") {
+    return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 - 0.1*exp(-x^2))\"\n" + space_keys +
            "\n[integrator]\nescape_radius = 50\n" + view + objects;
 }
 std::string wall(double x) {
@@ -318,7 +318,7 @@ TEST_P(EarliestEvent, TangentsOfTheEscapeSphereEscapeAtTheStart) {
     }
 }
 
-// Rays with b < a pass through the throat of radius a of Ellis's wormhole (Müller 2004), also with long steps.
+// Rays with b < a pass through the throat of radius a of Ellis's wormhole (Müller 2004). Ray i has b = 0.1 (i + ½) a.
 TEST_P(EarliestEvent, RaysThroughTheThroatEscapeOnTheSecondSheet) {
     for (const double throat : {1.0, 1e-3, 1e-9})
         for (const Overrides& settings : {Overrides{"integrator.method=rk4", "integrator.step=3"},

@@ -82,7 +82,7 @@ TEST(Hits, OnSmallBallsAreOnTheNearSide) {
         double radius;
     };
     constexpr const char *before_hole = "[0.3, -6, 0.2]", *near_ball = "[-0.24, -3.3, 0.45]";
-    // Light that is emitted towards `bent_towards` is bent by the hole and hits the ball at `far_ball`.
+    // A camera ray in the direction of `bent_towards` is bent by the hole and hits the ball at `far_ball`.
     constexpr const char *beside_hole = "[0, -6, 0]", *bent_towards = "[8.69, -0.545, 0]", *far_ball = "[16, 13, 0]";
     const View views[] = {{"hamiltonian = \"wormhole\"\nthroat = 0.1", before_hole, near_ball, near_ball, 0.19},
                           {"hamiltonian = \"schwarzschild\"\nrg = 0.05", before_hole, near_ball, near_ball, 0.19},
@@ -148,9 +148,9 @@ TEST(Hits, ObjectsInAFisheyeMatchShortSteps) {
     const std::string scene = KAGERO_SCENES "/fisheye.toml";
     for (const char* size : {"film.size=[18,12]", "film.size=[60,40]"}) {
         const auto ends = [&](const Overrides& overrides) {
-            Overrides all{size, "integrator.symmetry=none", "integrator.method=dp54"};
-            all.insert(all.end(), overrides.begin(), overrides.end());
-            const auto plan = plan_of_file(scene, all, with_strategy("packet"));
+            Overrides settings{size, "integrator.symmetry=none", "integrator.method=dp54"};
+            settings.insert(settings.end(), overrides.begin(), overrides.end());
+            const auto plan = plan_of_file(scene, settings, with_strategy("packet"));
             std::vector<RayStart> starts;
             for (std::uint32_t y = 0; y < plan->description().film.height; ++y)
                 for (std::uint32_t x = 0; x < plan->description().film.width; ++x)

@@ -67,8 +67,8 @@ TEST_P(HoleEnds, RaysBelowTheCriticalImpactParameterHitBallsInsideThePhotonSpher
         }
 }
 
-// Rays that never enter the escape sphere escape at their perihelion. It is the greatest root of r³ = b² (r − r_g)
-// (Chandrasekhar 1983, §20).
+// Rays that never enter the escape sphere escape at their perihelion. Its radius is the greatest root of
+// r³ = b² (r − r_g) (Chandrasekhar 1983, §20).
 TEST_P(HoleEnds, RaysThatMissTheEscapeSphereEndAtTheirPerihelion) {
     for (const auto& settings : method_settings) {
         const std::string scene =

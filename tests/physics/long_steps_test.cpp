@@ -1,4 +1,4 @@
-// Tests the ends of rays that lie inside long steps. They are compared with closed forms and with rays of short steps.
+// Tests ray ends inside long steps. The ends are compared with closed forms and with rays of short steps.
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +71,7 @@ TEST_P(LongSteps, ParabolasEscapeAtTheFirstCrossingOfTheEscapeSphere) {
             for (std::size_t i = 0; i < starts.size(); ++i) {
                 SCOPED_TRACE(testing::Message() << method << ", g = " << g << ", ray " << i);
                 ASSERT_EQ(ends[i].status, Status::escaped);
-                const double unit = plan->scene->unit;
+                const double unit = plan->scene->unit;  // the starts are in the unit of the kernels
                 RayStart start = starts[i];
                 for (double& x : start.q) x *= unit;
                 const Parabola parabola{start, g};
@@ -149,8 +149,8 @@ TEST_P(LongSteps, ParabolasHitALidBelowTheirHighestPoint) {
         }
 }
 
-// Steps of length 2e3 to 1e9 are much longer than the scene. They must be halved until their chords approximate the
-// parabola.
+// Steps of length 2e3 to 1e9 are much longer than the scene. Such a step must be halved until its chord approximates
+// the parabola.
 TEST_P(LongSteps, ExtremelyLongStepsFindTheFloor) {
     const double g = 0.1, floor = -2;
     const std::string object =

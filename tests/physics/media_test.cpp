@@ -120,7 +120,8 @@ TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
         const FisheyeCircle circle(starts[point.ray].q, starts[point.ray].p);
         EXPECT_NEAR(circle.error(point.q), 0, tolerance) << "ray " << point.ray << ", step " << point.step;
     }
-    // Up to λ = 30, rays on circles within the distance 2.5 from the centre complete a full circle.
+    // N is the index of refraction. Up to λ = 30, rays on circles within the distance 2.5 from the centre complete a
+    // full circle.
     plan->run.parameter_limit = 30;
     std::vector<double> nearest(rays.size(), 1e300);
     for (const PathPoint& point : trace_paths(*plan, starts, ends)) {
@@ -132,7 +133,7 @@ TEST_P(Media, FisheyeRaysAreCirclesThroughTheImage) {
         const FisheyeCircle circle(starts[i].q, starts[i].p);
         if (std::hypot(circle.centre[0], circle.centre[1], circle.centre[2]) + circle.radius > 2.5) continue;
         ++full_circles;
-        EXPECT_LT(nearest[i], 0.02) << i;  // near the image, the length of a step is 0.02 N = 0.009
+        EXPECT_LT(nearest[i], 0.02) << i;  // near the image, N = 0.45 and a step has the length 0.02 N
     }
     EXPECT_GE(full_circles, 5u);
 }
@@ -228,10 +229,11 @@ TEST_P(Media, LuneburgDeflectsGrazingRays) {
     }
 }
 
-// Outside the ball rays are straight, and one step covers the whole straight segment, also if it ends at a surface.
-// Inside, q = q₀ cos τ + p₀ sin τ. A ray along x that enters at q₀ leaves at (1, 0, 0), with −q₀ as the transverse
+// Outside the ball rays are straight, and one step can cover a whole straight segment, also if the segment ends at a
+// surface. The bounds on the numbers of steps allow for the steps inside the ball and for the escape. Inside the ball,
+// q = q₀ cos τ + p₀ sin τ. A ray along x that enters at q₀ leaves at (1, 0, 0), with −q₀ as the transverse
 // direction.
-TEST_P(Media, RaysOutsideLuneburgAreStraightAndTakeOneStep) {
+TEST_P(Media, RaysOutsideLuneburgAreStraightAndTakeFewSteps) {
     const std::string scene =
         medium("hamiltonian = \"luneburg\"\nradius = 1", "step = 0.25\nescape_radius = 1000") +
         "[[object]]\nshape = \"rectangle\"\norigin = [300, -400, -400]\nedge_u = [0, 800, 0]\nedge_v = [0, 0, 800]\n"
@@ -260,7 +262,7 @@ TEST_P(Media, RaysOutsideLuneburgAreStraightAndTakeOneStep) {
 }
 
 // Equal seeds result in equal rays, different seeds in different rays. With the amplitude 0 rays are straight.
-TEST_P(Media, ShimmerDependsOnlyOnItsSeed) {
+TEST_P(Media, EqualSeedsGiveEqualShimmer) {
     const auto scene = [](const char* key) {
         return medium(std::string("hamiltonian = \"shimmer\"\n") + key, "step = 0.1\nescape_radius = 20");
     };

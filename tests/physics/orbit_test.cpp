@@ -233,10 +233,10 @@ TEST(OrbitPlane, DistantStartsInFloatMatchDouble) {
 
 TEST(OrbitPlane, HitsMatchTheGeneralPath) {
     const auto render_room = [](const Overrides& overrides) {
-        auto all = overrides;
-        all.push_back("film.size=[96, 96]");
-        all.push_back("film.layers=[\"status\", \"object\", \"depth\"]");
-        const auto plan = plan_of_file(scene_file("room.toml"), all, with_strategy("packet"));
+        auto settings = overrides;
+        settings.push_back("film.size=[96, 96]");
+        settings.push_back("film.layers=[\"status\", \"object\", \"depth\"]");
+        const auto plan = plan_of_file(scene_file("room.toml"), settings, with_strategy("packet"));
         Film film(96, 96, plan->description().film.layers);
         render(*plan, film, {});
         return film;

@@ -98,8 +98,8 @@ TEST(Equirectangular, RendersTheImageOfTheSky) {
         {});
     std::filesystem::remove(path);
     const Film film = picture(*plan);
-    // The error of a texel coordinate, at most 32, is a few roundings divided by the sine of 5.6°, the polar distance
-    // of the first row.
+    // A texel coordinate is at most 32. Its error is a few roundings divided by the sine of 5.6°, the polar distance of
+    // the first row.
     for (std::uint32_t i = 0; i < 32 * 16 * 3; ++i)
         EXPECT_NEAR(film.plane("color")[i], sky.plane("color")[i], 2e-7) << i;
 }
@@ -131,7 +131,7 @@ TEST(Orthographic, RendersABallAsACircle) {
 
 // The area of the ball's picture is compared with that of a circle. The edge of the circle crosses about 130 pixels.
 // With 64 samples of a (0,2)-sequence, the covered share of each of these pixels has an error of about 1/64.
-TEST(Samples, HaveTheMeanOfTheCoveredShareOfAPixel) {
+TEST(SamplesOfAPixel, AverageToItsCoveredShare) {
     const auto plan = plan_of_text(ball, {"camera.type=orthographic", "film.spp=64"});
     Film film = picture(*plan);
     double area = 0;
@@ -167,7 +167,8 @@ TEST(CameraRay, HasTheBlueshiftOfAStaticObserver) {
     }
 }
 
-// The camera rays that the kernel generates must be equal, bit for bit, to those that the program generates.
+// The camera rays that the kernel generates must have, bit for bit, the same ends as the camera rays that the program
+// generates.
 TEST(CameraRay, IsTheRayThatTheKernelGenerates) {
     const auto plan = plan_of_text(hole, {});
     ASSERT_NE(plan->job().camera, nullptr);
@@ -213,7 +214,7 @@ TEST(Pictures, DependOnNeitherThreadsCropNorStrategy) {
         }
 }
 
-TEST(Pictures, DependOnTheSeedOnlyWithManySamples) {
+TEST(Pictures, DependOnTheSeedOnlyWithSeveralSamplesPerPixel) {
     const auto rendered = [](const char* spp, const char* seed) {
         return picture(*plan_of_text(hole, {std::string("film.spp=") + spp, std::string("film.seed=") + seed}));
     };

@@ -23,9 +23,9 @@ bool equal_or_both_nan(float a, float b) {
 /// Returns the plan of the scene room. `method` contains the overrides that select a method. Without them, the method
 /// is the default method of the scene, which is explicit.
 std::unique_ptr<Plan> room(const Options& options, const Overrides& method = {}) {
-    Overrides all = overrides;
-    all.insert(all.end(), method.begin(), method.end());
-    return plan_of_file(KAGERO_SCENES "/room.toml", all, options);
+    Overrides with_method = overrides;
+    with_method.insert(with_method.end(), method.begin(), method.end());
+    return plan_of_file(KAGERO_SCENES "/room.toml", with_method, options);
 }
 /// Overrides that select an explicit method and two implicit methods. The equations of the implicit methods are solved
 /// by fixed-point iteration, and by Newton's method if the iteration fails.
@@ -44,7 +44,7 @@ protected:
 };
 
 TEST_F(Determinism, HoldsForAnyNumberOfThreads) {
-    std::string first;
+    std::string expected_bytes;
     for (const unsigned threads : {1u, 2u, 5u}) {
         Options options;
         options.threads = threads;
@@ -52,27 +52,27 @@ TEST_F(Determinism, HoldsForAnyNumberOfThreads) {
         Film film(100, 80, plan->description().film.layers);
         render_with_errors(*plan, film);
         const std::string bytes = exr("room.exr", film);
-        if (first.empty()) first = bytes;
-        EXPECT_EQ(bytes == first, true) << threads << " threads";
+        if (expected_bytes.empty()) expected_bytes = bytes;
+        EXPECT_EQ(bytes == expected_bytes, true) << threads << " threads";
     }
 }
 
 TEST_F(Determinism, HoldsForTheFilesOfTheProgram) {
-    std::string first;
+    std::string expected_bytes;
     for (const char* threads : {"1", "2", "5"}) {
         const Outcome outcome =
             run("render '" KAGERO_SCENES
                 "/room.toml' --size 100x80 --layers color,steps,status -o a.exr --quiet --threads " +
                 std::string(threads));
         ASSERT_EQ(outcome.status, 0) << outcome.err;
-        if (first.empty()) first = read("a.exr");
-        EXPECT_EQ(read("a.exr") == first, true) << threads << " threads";
+        if (expected_bytes.empty()) expected_bytes = read("a.exr");
+        EXPECT_EQ(read("a.exr") == expected_bytes, true) << threads << " threads";
     }
     EXPECT_EQ(files(), (std::set<std::string>{"a.exr"}));
 }
 
 TEST_F(Determinism, HoldsForEverySchedule) {
-    std::string first;
+    std::string expected_bytes;
     for (const std::string& schedule : schedule_names())
         for (const unsigned threads : {1u, 3u}) {
             Options options;
@@ -85,8 +85,8 @@ TEST_F(Determinism, HoldsForEverySchedule) {
             EXPECT_EQ(report.rays, 100u * 80u);
             EXPECT_EQ(report.threads.size(), threads);
             const std::string bytes = exr("room.exr", film);
-            if (first.empty()) first = bytes;
-            EXPECT_EQ(bytes == first, true) << schedule << ", " << threads << " threads";
+            if (expected_bytes.empty()) expected_bytes = bytes;
+            EXPECT_EQ(bytes == expected_bytes, true) << schedule << ", " << threads << " threads";
         }
 }
 
@@ -112,7 +112,8 @@ TEST_F(Determinism, HoldsForCrops) {
     }
 }
 
-/// Traces rays in packets of consecutive rays of the list. The function `trace` would sort the list first.
+/// Traces rays in packets of consecutive rays of the list. The kernel is called directly, because the function `trace`
+/// would sort the list first.
 std::vector<RayEnd> traced_in_order(const Plan& plan, const std::vector<RayStart>& starts) {
     Job job = plan.job();
     job.camera = nullptr;

@@ -53,20 +53,22 @@ TEST(DefaultStep, IsALengthInSpacetimesWithoutRescaling) {
                       {"kerr", "space.mass=7", "gauss8"},
                       {"wormhole", "space.throat=7", "gauss8"}};
     for (const auto& [space, size, method] : spacetimes) {
-        const Override with_method = std::string("integrator.method=") + method, none = "integrator.rescale=none";
+        const Override with_method = std::string("integrator.method=") + method;
+        const Override without_rescaling = "integrator.rescale=none";
         const double step_at_default_lengths = default_step(space, {"integrator.symmetry=none"});
-        EXPECT_EQ(default_step(space, {with_method, none}), step_at_default_lengths) << space;
-        EXPECT_EQ(default_step(space, {size, with_method, none}), 7 * step_at_default_lengths) << space;
+        EXPECT_EQ(default_step(space, {with_method, without_rescaling}), step_at_default_lengths) << space;
+        EXPECT_EQ(default_step(space, {size, with_method, without_rescaling}), 7 * step_at_default_lengths) << space;
         const bool is_rescaled = method == std::string("gauss8");
         EXPECT_EQ(default_step(space, {size, with_method}), (is_rescaled ? 1 : 7) * step_at_default_lengths)
             << space << ' ' << method;
-        EXPECT_EQ(default_step(space, {size, with_method, none, "integrator.step=0.125"}), 0.125) << space;
+        EXPECT_EQ(default_step(space, {size, with_method, without_rescaling, "integrator.step=0.125"}), 0.125) << space;
     }
+    // The step of a method in the orbit plane is an angle, which does not depend on lengths.
     EXPECT_EQ(default_step("fisheye", {"space.radius=7", "integrator.method=orbit-srkn11"}), 0.2);
 }
 
-// The index of refraction changes with height, and it has a ripple along x. Each of the two changes has a length, and
-// the default step is proportional to the shorter one.
+// The index of refraction changes with height, and it has a ripple along x. Each of these two variations has a length
+// scale, and the default step is proportional to the shorter one.
 TEST(DefaultStep, IsProportionalToTheShortestLength) {
     for (const char* space : {"duct", "mirage"}) {
         const double step_at_default_lengths = default_step(space);

@@ -49,9 +49,9 @@ TEST_F(Stability, RunsEveryCase) {
     const Outcome outcome = run("stability --json report.json -o page --quiet");
     const json report = json::parse(read("report.json"));
     EXPECT_EQ(report["cases"].size(), stability_case_names().size());
-    const bool all = std::all_of(report["cases"].begin(), report["cases"].end(),
-                                 [](const json& row) { return row["pass"].get<bool>(); });
-    EXPECT_EQ(outcome.status, all ? 0 : 4) << outcome.err;
+    const bool all_pass = std::all_of(report["cases"].begin(), report["cases"].end(),
+                                      [](const json& row) { return row["pass"].get<bool>(); });
+    EXPECT_EQ(outcome.status, all_pass ? 0 : 4) << outcome.err;
     EXPECT_EQ(json::parse(read("page/stability.json")), report);
     const std::string page = read("page/stability.html");
     for (const std::string& name : stability_case_names()) {

@@ -18,9 +18,9 @@ namespace {
 using nlohmann::json;
 
 SceneDescription small_room(const Overrides& more = {}) {
-    Overrides all{"film.size=[48,40]"};
-    all.insert(all.end(), more.begin(), more.end());
-    return load_scene(KAGERO_SCENES "/room.toml", all, catalogue("auto"));
+    Overrides overrides{"film.size=[48,40]"};
+    overrides.insert(overrides.end(), more.begin(), more.end());
+    return load_scene(KAGERO_SCENES "/room.toml", overrides, catalogue("auto"));
 }
 
 /// Returns options for one round on all instruction sets.

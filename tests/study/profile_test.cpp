@@ -23,14 +23,14 @@ protected:
             run("profile hole.toml --size 75x70 -o report --threads 2 --repeat 1 --quiet --json all.json " + more);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_EQ(outcome.err, "");
-        all_ = json::parse(read("all.json"));
+        report_ = json::parse(read("all.json"));
     }
-    json all_;
+    json report_;
 };
 
 TEST_F(ProfileVerb, ProfilesAPartOfThePicture) {
     profile("--crop 10,20,40,50");
-    EXPECT_EQ(all_["rays"], 30 * 30);
+    EXPECT_EQ(report_["rays"], 30 * 30);
 }
 
 TEST_F(ProfileVerb, WritesAReport) {
@@ -74,16 +74,16 @@ TEST_F(ProfileVerb, ReportsAllNumbers) {
                             "schedules",
                             "scaling",
                             "tiles"})
-        EXPECT_TRUE(all_.contains(key)) << key;
+        EXPECT_TRUE(report_.contains(key)) << key;
     for (const char* stage : {"predict", "list", "integrate", "query", "refine", "shade", "write"})
-        EXPECT_GE(all_["stages"][stage].get<double>(), 0) << stage;
-    EXPECT_EQ(all_["rays"], traced_width * 70);
-    EXPECT_EQ(all_["schedules"].size(), 3u);
-    ASSERT_EQ(all_["scaling"].size(), 2u);
-    EXPECT_EQ(all_["scaling"][1]["threads"], 2);
-    EXPECT_EQ(all_["thread_times"].size(), 2u);
-    EXPECT_GT(all_["memory"]["peak_bytes"], 1 << 20);
-    const json& roof = all_["roofline"];
+        EXPECT_GE(report_["stages"][stage].get<double>(), 0) << stage;
+    EXPECT_EQ(report_["rays"], traced_width * 70);
+    EXPECT_EQ(report_["schedules"].size(), 3u);
+    ASSERT_EQ(report_["scaling"].size(), 2u);
+    EXPECT_EQ(report_["scaling"][1]["threads"], 2);
+    EXPECT_EQ(report_["thread_times"].size(), 2u);
+    EXPECT_GT(report_["memory"]["peak_bytes"], 1 << 20);
+    const json& roof = report_["roofline"];
     EXPECT_GT(roof["operations_per_gradient"], 5);
     EXPECT_GT(roof["peak_gflops_one_thread"], 0);
     EXPECT_GT(roof["share_of_peak"], 0);
@@ -92,10 +92,10 @@ TEST_F(ProfileVerb, ReportsAllNumbers) {
 TEST_F(ProfileVerb, CoversTheFilmOnceWithTiles) {
     for (const char* schedule : {"scanline", "tiles", "predicted"}) {
         profile(std::string("--schedule ") + schedule);
-        EXPECT_EQ(all_["schedule"], schedule);
+        EXPECT_EQ(report_["schedule"], schedule);
         std::vector<int> tile_counts(traced_width * 70);
         std::uint64_t gradients = 0;
-        for (const json& tile : all_["tiles"]["rows"]) {
+        for (const json& tile : report_["tiles"]["rows"]) {
             for (int y = tile["y0"]; y < tile["y1"]; ++y)
                 for (int x = tile["x0"]; x < tile["x1"]; ++x) ++tile_counts.at(std::size_t(traced_width * y + x));
             EXPECT_LE(tile["begin"], tile["end"]);
@@ -103,9 +103,9 @@ TEST_F(ProfileVerb, CoversTheFilmOnceWithTiles) {
             gradients += tile["gradients"].get<std::uint64_t>();
         }
         EXPECT_EQ(std::count(tile_counts.begin(), tile_counts.end(), 1), traced_width * 70) << schedule;
-        EXPECT_EQ(gradients, all_["gradients"]) << schedule;
+        EXPECT_EQ(gradients, report_["gradients"]) << schedule;
     }
-    const double correlation = all_["tiles"]["correlation"];
+    const double correlation = report_["tiles"]["correlation"];
     EXPECT_GE(correlation, -1);
     EXPECT_LE(correlation, 1);
 }
@@ -130,14 +130,14 @@ TEST_F(ProfileVerb, WritesATraceOfNestedEvents) {
         EXPECT_TRUE(enclosing.empty() || end <= enclosing.back().second) << event;
         enclosing.emplace_back(begin, end);
     }
-    EXPECT_EQ(tiles, all_["tiles"]["count"]);
+    EXPECT_EQ(tiles, report_["tiles"]["count"]);
 }
 
 TEST_F(ProfileVerb, CountsNoOperationsOfStraightRays) {
     profile("-D space.rg=0");
-    EXPECT_EQ(all_["schedule"], "tiles");
-    EXPECT_TRUE(all_["tiles"]["correlation"].is_null());
-    EXPECT_EQ(all_["roofline"]["operations"], 0);
+    EXPECT_EQ(report_["schedule"], "tiles");
+    EXPECT_TRUE(report_["tiles"]["correlation"].is_null());
+    EXPECT_EQ(report_["roofline"]["operations"], 0);
 }
 
 TEST_F(ProfileVerb, RefusesWrongInput) {
@@ -186,9 +186,9 @@ TEST(Profile, KeepsTheCompleteRoundsIfInterrupted) {
 TEST(Prediction, IsDeterministic) {
     for (const char* scene : {"room.toml", "galaxy.toml"}) {
         const auto plan = plan_of_file(scene_file(scene), {"film.size=[320,200]"}, with_prediction());
-        auto first = tiles_of(*plan);
-        for (const auto& [corner, second] : tiles_of(*plan))
-            EXPECT_EQ(first[corner].predicted, second.predicted) << scene;
+        auto expected = tiles_of(*plan);
+        for (const auto& [corner, record] : tiles_of(*plan))
+            EXPECT_EQ(expected[corner].predicted, record.predicted) << scene;
     }
 }
 

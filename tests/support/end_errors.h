@@ -80,9 +80,9 @@ inline RayEnd exact_escape(const RayStart& ray, const RayEnd& end) {
     return exact;
 }
 
-/// Returns the end with the exact position of a ray in the fisheye, at x = 0.5. Let u be the coordinate along that
-/// component of the direction d which is normal to the x axis. The circle through (±1, 0) in the (x, u) plane with
-/// tangent d at (−1, 0) has its centre at u = −d_x/d_u.
+/// Returns the end with the exact position of a ray in the fisheye, at x = 0.5. Let u be the coordinate along the part
+/// of the ray's direction d at the camera that is normal to the x axis. The circle through (±1, 0) in the (x, u) plane
+/// with tangent d at (−1, 0) has its centre at u = −d_x/d_u.
 inline RayEnd exact_hit(const RayStart& ray, const RayEnd& end) {
     RayEnd exact = end;
     const long double y = ray.p[1], z = ray.p[2], across = std::hypot(y, z), c = ray.p[0] / across;
@@ -101,7 +101,7 @@ struct ErrorPair {
 /// The estimated and true errors of the pixels of a picture.
 struct Comparison {
     std::vector<ErrorPair> pairs;
-    std::size_t unknown = 0;  ///< Number of pixels without an estimate (NaN in the layer).
+    std::size_t without_estimate = 0;  ///< Number of pixels with NaN in the layer.
 
     /// Returns the fraction of `pairs` in which the ratio of estimate and true error is between 1/factor and factor.
     double share_within(double factor) const {
@@ -137,7 +137,7 @@ inline Comparison compare(const char* scene, const std::string& method, double s
         const double estimate = film.plane(layer)[i];
         if (expected.status == Status::failed) continue;
         if (std::isnan(estimate)) {
-            ++compared.unknown;
+            ++compared.without_estimate;
             continue;
         }
         const double truth = distance_in_pixels(*plan, expected, ends[i]);

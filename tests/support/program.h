@@ -34,7 +34,8 @@ struct Outcome {
     std::string out, err;
 };
 
-/// Fixture with an initially empty folder in which the program runs. Its output is stored in a second folder.
+/// Fixture with an initially empty folder in which the program runs. The output of the program is stored in a second
+/// folder.
 class ProgramTest : public testing::Test {
 protected:
     void SetUp() override {

@@ -84,7 +84,7 @@ inline std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
-inline std::size_t line_ends_in(const std::string& text) {
+inline std::size_t count_line_ends(const std::string& text) {
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
@@ -93,7 +93,7 @@ inline std::string code_of(const std::string& text) {
     std::string code;
     for (const Fragment& fragment : fragments_of(text)) {
         if (fragment.kind == Fragment::Kind::code) code += fragment.text;
-        else code += " " + std::string(line_ends_in(fragment.text), '\n');
+        else code += " " + std::string(count_line_ends(fragment.text), '\n');
     }
     return code;
 }

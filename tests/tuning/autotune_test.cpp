@@ -30,7 +30,7 @@ TEST_F(MaxPixelError, IsMetByRaysThatAreNotInTheTrial) {
             ASSERT_TRUE(plan->method_trial && plan->method_trial->bound_met);
             EXPECT_LE(plan->method_trial->estimate, bound);
             // The 99th percentiles of two samples of about a thousand rays differ by less than a factor of two.
-            EXPECT_LE(error_of(*plan, 27), 2 * bound);
+            EXPECT_LE(p99_pixel_error(*plan, 27), 2 * bound);
         }
     }
 }

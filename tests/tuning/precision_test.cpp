@@ -25,7 +25,7 @@ TEST(Precision, IsFloatIfTheDifferenceIsInvisible) {
         EXPECT_LE(plan->precision_trial->difference, 0.1);
         const auto in_double = plan_of_file(scene_file(scene), {});
         // The grid of 27 × 27 rays has no ray in common with the grid of the trial.
-        EXPECT_LE(error_of(*plan, 27), error_of(*in_double, 27) + 0.1);
+        EXPECT_LE(p99_pixel_error(*plan, 27), p99_pixel_error(*in_double, 27) + 0.1);
     }
 }
 

@@ -83,9 +83,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     options.isa = requested.isas.front();  // Every module accepts the same names in scenes.
     // The general path is compared, because strategies differ in how they evaluate H. Methods for the orbit plane do
     // not evaluate H.
-    Arguments general = arguments;
-    general.lanes.clear();
-    const SceneDescription scene = general_path_scene_of(general, options);
+    Arguments scene_arguments = arguments;  // `--lanes` does not override integrator.lanes here.
+    scene_arguments.lanes.clear();
+    const SceneDescription scene = general_path_scene_of(scene_arguments, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     const Comparison comparison = compare_with_progress(scene, requested, terminal);
     for (const std::string& remark : comparison.remarks) terminal.warning(remark);

@@ -34,10 +34,10 @@ std::vector<Field> split(std::string_view line) {
 
 /// Returns a field in quotes for messages, with at most 40 characters and with control characters replaced by '?'.
 std::string quoted(std::string_view text) {
-    constexpr std::size_t longest = 40;
+    constexpr std::size_t max_length = 40;
     std::string shown;
-    for (const char c : text.substr(0, longest)) shown += (c >= ' ' && c != '\x7f') || c < 0 ? c : '?';
-    return "'" + shown + (text.size() > longest ? "…" : "") + "'";
+    for (const char c : text.substr(0, max_length)) shown += (c >= ' ' && c != '\x7f') || c < 0 ? c : '?';
+    return "'" + shown + (text.size() > max_length ? "…" : "") + "'";
 }
 
 double parse_number(const Field& field, FileLocation location) {
@@ -55,7 +55,7 @@ double parse_number(const Field& field, FileLocation location) {
     return value;
 }
 
-/// Returns the index in a row of each of the columns x, y, z, dx, dy, dz.
+/// Returns the index, in each row, of the columns x, y, z, dx, dy and dz, in this order.
 std::array<std::size_t, 6> parse_header(const std::vector<Field>& fields, FileLocation location) {
     constexpr std::size_t absent = ~std::size_t{0};
     std::array<std::size_t, 6> indices;

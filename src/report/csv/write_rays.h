@@ -12,7 +12,7 @@ void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& 
 
 /// Writes the header of the table of paths.
 void write_path_header(std::ostream& out);
-/// Writes one row per step. Numbers have 17 significant digits.
+/// Writes one row per point: the ray start and the state after each step. Numbers have 17 significant digits.
 void write_paths(std::ostream& out, const std::vector<PathPoint>& points);
 
 }  // namespace kagero

@@ -87,7 +87,7 @@ std::string work_precision_chart(const Plan& plan, const ErrorStudy& study, Work
     std::vector<const StudyCurve*> curves;
     for (std::size_t i = 0; i < study.curves.size(); ++i) {
         const StudyCurve& curve = study.curves[i];
-        // The number of gradient evaluations is about the same in both precisions, so its chart shows only one of them.
+        // The number of gradient evaluations is about the same in both precisions. Its chart shows only the main one.
         if (curve.precision != study.main_precision && work == Work::gradients) continue;
         if (is_in_overview(study, i)) curves.push_back(&curve);
     }
@@ -122,8 +122,8 @@ std::string energy_chart(const Plan& plan, const ErrorStudy& study) {
                       is_scene_method,
                       {},
                       {}};
-        // Near a change of sign the error can be arbitrarily small. The lower bound of 1e-17 limits the range of the
-        // axis.
+        // Point 0, the ray start, is left out, because its error is a rounding error. Near a change of sign the error
+        // can be arbitrarily small. The lower bound of 1e-17 limits the range of the axis.
         for (std::size_t i = 1; i < trace.points.size(); ++i)
             series.points.push_back({trace.points[i][0], std::max(std::abs(trace.points[i][1]), 1e-17)});
         series.label += (trace.info->adaptive ? ", tolerance " : ", step ") + short_number(trace.step) + ", " +

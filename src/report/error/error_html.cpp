@@ -191,13 +191,14 @@ std::string data_section(const ErrorStudy& study) {
 std::string map_section(const ErrorStudy& study) {
     if (study.map.truth.empty() || !has_end_points(study)) return "";
     const double within = share_within_factor(study.map, 3);
-    return html_figure("Error map of the picture", error_map_svg(study.map),
-                       "The picture with the method and step of the scene. Middle: the error that rendering estimates "
-                       "(layer position_error). Right: the distance to the reference, with the same colour scale. Grey "
-                       "pixels have no error, because the second trace of the ray has another status or object. "
-                       "Captured rays are black. Up to 0.3 % of the values lie beyond either end of the scale. The "
-                       "estimate is within a factor of 3 of the true error in " +
-                           fixed(100 * within, 1) + " % of the pixels whose true error is known and above rounding.");
+    return html_figure(
+        "Error map of the picture", error_map_svg(study.map),
+        "Left: the picture with the method and step of the scene. Middle: the error that rendering estimates "
+        "(layer position_error). Right: the distance to the reference, with the same colour scale. Grey "
+        "pixels have no error, because the second trace of the ray has another status or object. "
+        "Captured rays are black. Up to 0.3 % of the values lie beyond either end of the scale. The "
+        "estimate is within a factor of 3 of the true error in " +
+            fixed(100 * within, 1) + " % of the pixels whose true error is known and above rounding.");
 }
 
 std::string reference_section(const ErrorStudy& study) {

@@ -98,13 +98,13 @@ Json cheapest_json(const ErrorStudy& study) {
 
 Json strategies_json(const ErrorStudy& study) {
     Json all = Json::array();
-    for (const StrategyTime& one : study.strategies)
-        all.push_back({{"isa", one.isa},
-                       {"strategy", name_of(one.kernel->strategy)},
-                       {"form", one.kernel->form == Form::none ? Json() : Json(name_of(one.kernel->form))},
-                       {"precision", name_of(one.kernel->precision)},
-                       {"lanes", one.kernel->lanes},
-                       {"ns_per_ray", json_of(one.time)}});
+    for (const StrategyTime& timed : study.strategies)
+        all.push_back({{"isa", timed.isa},
+                       {"strategy", name_of(timed.kernel->strategy)},
+                       {"form", timed.kernel->form == Form::none ? Json() : Json(name_of(timed.kernel->form))},
+                       {"precision", name_of(timed.kernel->precision)},
+                       {"lanes", timed.kernel->lanes},
+                       {"ns_per_ray", json_of(timed.time)}});
     return all;
 }
 

@@ -74,7 +74,7 @@ std::vector<unsigned char> colored(const ErrorMap& map, const std::vector<float>
     return png_of_false_colors(positions, static_cast<int>(map.width), static_cast<int>(map.height));
 }
 
-/// Draws the colour scale and its labels.
+/// Returns the SVG of the colour scale with its labels.
 std::string scale(const Decades& decades, double top, double height) {
     constexpr int shades = 64, max_labels = 7;
     std::vector<float> ramp;

@@ -44,8 +44,8 @@ Tile extent_of(const std::vector<TileRecord>& tiles) {
     return all;
 }
 
-/// Draws the tiles in a rectangle of this width at (left, top), in SVG units. `opacity` returns the opacity of a tile,
-/// from 0 to 1.
+/// Returns the SVG of the tiles in a rectangle of this width at (left, top), in SVG units. `opacity` returns the
+/// opacity of a tile, from 0 to 1.
 template <class Opacity>
 std::string tile_map(const Profile& profile, double left, double top, double width, const Opacity& opacity) {
     const Tile all = extent_of(profile.recording.tiles);
@@ -74,28 +74,29 @@ std::string stages_chart(const Profile& profile, double write_seconds) {
 }
 
 std::string threads_chart(const Profile& profile) {
-    constexpr double left = 72, width = 850, row = 26;
+    constexpr double left = 72, width = 850, row_height = 26;
     const RunReport& report = profile.report;
     // The times of tiles are counted from the end of the prediction.
     const double scale = width / report.seconds, shift = report.predict_seconds;
     std::string body;
     for (std::size_t i = 0; i < report.threads.size(); ++i) {
-        body += anchored_text(left - 8, row * double(i) + 18, "end", "thread " + std::to_string(i));
-        body += rectangle(left, row * double(i) + 3, width, row - 6, "fill:var(--panel);stroke:var(--line)");
+        body += anchored_text(left - 8, row_height * double(i) + 18, "end", "thread " + std::to_string(i));
+        body +=
+            rectangle(left, row_height * double(i) + 3, width, row_height - 6, "fill:var(--panel);stroke:var(--line)");
         if (shift > 0)
-            body +=
-                rectangle(left, row * double(i) + 3, scale * shift, row - 6, "fill:" + std::string(orange), "predict");
+            body += rectangle(left, row_height * double(i) + 3, scale * shift, row_height - 6,
+                              "fill:" + std::string(orange), "predict");
     }
     for (const TileRecord& t : profile.recording.tiles) {
-        const double y = row * t.thread + 3, x = left + scale * (shift + t.begin);
+        const double y = row_height * t.thread + 3, x = left + scale * (shift + t.begin);
         const std::string tooltip = "tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0) + ": " +
                                     seconds_text(t.end - t.begin);
-        body += rectangle(x, y, scale * (t.traced - t.begin), row - 6,
+        body += rectangle(x, y, scale * (t.traced - t.begin), row_height - 6,
                           "fill:" + std::string(blue) + ";stroke:var(--ground);stroke-width:.3", tooltip);
-        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row - 6,
+        body += rectangle(left + scale * (shift + t.traced), y, scale * (t.end - t.traced), row_height - 6,
                           "fill:" + std::string(green), tooltip);
     }
-    const double below = row * double(report.threads.size());
+    const double below = row_height * double(report.threads.size());
     body += anchored_text(left, below + 16, "start", "0") +
             anchored_text(left + width, below + 16, "end", seconds_text(report.seconds));
     return svg(940, below + 24, "Activity of each thread over time", body);
@@ -125,13 +126,14 @@ std::string tiles_map(const Profile& profile) {
 std::string prediction_chart(const Profile& profile) {
     const double unit = seconds_per_predicted(profile);
     Series tiles{"tiles", blue, Mark::circle, false, false, false, {}, {}, true};
-    double end = 0;  // of both axes
+    double greatest = 0;  // over both coordinates of all points
     for (const TileRecord& t : profile.recording.tiles) {
         tiles.points.push_back({1e3 * unit * t.predicted, 1e3 * t.processor_time});
         tiles.tooltips.push_back("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0));
-        end = std::max({end, tiles.points.back()[0], tiles.points.back()[1]});
+        greatest = std::max({greatest, tiles.points.back()[0], tiles.points.back()[1]});
     }
-    const Series ideal{"measured = predicted", grey, Mark::none, true, false, false, {{0, 0}, {end, end}}, {}};
+    const Series ideal{"measured = predicted",         grey, Mark::none, true, false, false,
+                       {{0, 0}, {greatest, greatest}}, {}};
     return svg_of(LineChart{"Measured against predicted cost of tiles",
                             {"predicted, milliseconds (scaled to the same sum)", false},
                             {"measured, milliseconds of processor time", false},

@@ -16,10 +16,11 @@ std::string threads_chart(const Profile& profile);
 /// Returns two maps of the film, coloured by the predicted and by the measured cost per pixel of each tile.
 std::string tiles_map(const Profile& profile);
 
-/// Returns a scatter plot of predicted against measured cost, with one mark per tile.
+/// Returns a scatter plot of measured against predicted cost, with one mark per tile.
 std::string prediction_chart(const Profile& profile);
 
-/// Returns a line chart of the speedup over one thread against the number of threads, with the ideal speedup.
+/// Returns a line chart of the speedup over one thread against the number of threads. Two more lines show the speedup
+/// of multiply-adds and the ideal speedup.
 std::string scaling_chart(const Profile& profile);
 
 /// Returns a bar chart of floating-point operations per second and thread, beside the measured peak of multiply-adds.

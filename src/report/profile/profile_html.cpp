@@ -92,7 +92,7 @@ std::string roofline_section(const Plan& plan, const Profile& profile) {
 std::string method_section(const Profile& profile) {
     return "<section><h2>Method of measurement</h2>\n<p>Times are those of the fastest of " +
            std::to_string(profile.rounds) +
-           " interleaved runs of each kind. Ratios are medians over rounds. A render took " +
+           " interleaved runs of each configuration. Ratios are medians over rounds. A render took " +
            html_number(1e3 * profile.recorded_seconds) + " ms with recording and " +
            html_number(1e3 * profile.plain_seconds) + " ms without it (median overhead " +
            percent(profile.overhead, 2) +

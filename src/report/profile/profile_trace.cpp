@@ -46,7 +46,7 @@ Json stages_of(const TileRecord& t) {
 }
 
 /// Adds the event of a tile and the nested events of its stages. `shift` is the duration of the prediction of costs in
-/// seconds, at whose end the times of tiles are 0. `unit` is the number of seconds per unit of predicted cost.
+/// seconds; the times of tiles are counted from its end. `unit` is the number of seconds per unit of predicted cost.
 void add_tile(Json& events, const TileRecord& t, double shift, double unit) {
     events.push_back(
         event("tile " + std::to_string(t.tile.x0) + "," + std::to_string(t.tile.y0), t.thread, shift + t.begin,

@@ -48,7 +48,8 @@ struct Tick {
     std::string label;
 };
 
-/// Returns ticks at powers of ten, at most about ten of them. Below 3.5 decades, ticks at 2 and 5 are added.
+/// Returns at most about ten ticks at powers of ten. If the scale spans less than 3.5 decades, 2 and 5 times powers of
+/// ten have ticks too.
 std::vector<Tick> logarithmic_ticks(const Scale& scale) {
     const int first = static_cast<int>(std::floor(std::log10(scale.least))),
               last = static_cast<int>(std::floor(std::log10(scale.greatest) + 1e-9));
@@ -70,8 +71,8 @@ std::vector<Tick> logarithmic_ticks(const Scale& scale) {
 /// Returns about six ticks at multiples of 1, 2 or 5 times a power of ten.
 std::vector<Tick> linear_ticks(const Scale& scale) {
     const double span = scale.greatest - scale.least;
-    const double raw = span / 6, unit = std::pow(10.0, std::floor(std::log10(raw)));
-    const double step = unit * (raw / unit > 5 ? 10 : raw / unit > 2 ? 5 : raw / unit > 1 ? 2 : 1);
+    const double sixth = span / 6, unit = std::pow(10.0, std::floor(std::log10(sixth)));
+    const double step = unit * (sixth / unit > 5 ? 10 : sixth / unit > 2 ? 5 : sixth / unit > 1 ? 2 : 1);
     std::vector<Tick> ticks;
     for (double v = std::ceil(scale.least / step) * step; v <= scale.greatest * (1 + 1e-12); v += step)
         ticks.push_back({v, tick_number(std::abs(v) < 1e-9 * span ? 0 : v)});
@@ -258,9 +259,9 @@ std::string svg_tag(double w, double h, const std::string& title) {
 }  // namespace
 
 std::string svg_of(const LineChart& chart) {
-    std::size_t longest = 25;
-    for (const Series& series : chart.series) longest = std::max(longest, series.label.size());
-    const double right = chart_width - label_margin - letter_width * double(longest);
+    std::size_t label_length = 25;  // length of the longest label, but at least 25 letters
+    for (const Series& series : chart.series) label_length = std::max(label_length, series.label.size());
+    const double right = chart_width - label_margin - letter_width * double(label_length);
     const Scale x = scale_of(chart, 0, plot_left, right), y = scale_of(chart, 1, plot_bottom, plot_top);
     const auto shown = [&](const auto& point) { return x.contains(point[0]) && y.contains(point[1]); };
     if (std::none_of(chart.series.begin(), chart.series.end(),
@@ -275,22 +276,23 @@ std::string svg_of(const LineChart& chart) {
 }
 
 std::string svg_of(const BarChart& chart) {
-    constexpr double row = 30, letter = 7.2, value_width = 150;
+    constexpr double row_height = 30, bar_letter_width = 7.2, value_width = 150;
     double label_width = 190;
-    for (const Bar& bar : chart.bars) label_width = std::max(label_width, letter * double(bar.label.size()) + 10);
-    const double total = row * double(chart.bars.size()) + 12, span = chart_width - label_width - value_width;
+    for (const Bar& bar : chart.bars)
+        label_width = std::max(label_width, bar_letter_width * double(bar.label.size()) + 10);
+    const double height = row_height * double(chart.bars.size()) + 12, span = chart_width - label_width - value_width;
     double greatest = 0;
     for (const Bar& bar : chart.bars) greatest = std::max({greatest, bar.value, bar.greatest});
     const auto coordinate = [&](double value) {
         return label_width + (greatest > 0 && std::isfinite(value) ? span * value / greatest : 0);
     };
-    std::string svg = svg_tag(chart_width, total, chart.title);
+    std::string svg = svg_tag(chart_width, height, chart.title);
     for (std::size_t i = 0; i < chart.bars.size(); ++i) {
         const Bar& bar = chart.bars[i];
-        const double y = 6 + row * double(i), middle = y + 0.5 * row;
+        const double y = 6 + row_height * double(i), middle = y + 0.5 * row_height;
         svg += text(label_width - 10, middle + 4, "end", "axis", bar.label);
         svg += "<rect x=\"" + fixed(label_width) + "\" y=\"" + fixed(y + 5) + "\" width=\"" +
-               fixed(coordinate(bar.value) - label_width) + "\" height=\"" + fixed(row - 10) +
+               fixed(coordinate(bar.value) - label_width) + "\" height=\"" + fixed(row_height - 10) +
                "\" rx=\"2\" style=\"fill:" + bar.color + "\"/>\n";
         if (bar.greatest > 0)
             svg += line(coordinate(bar.least), middle, coordinate(bar.greatest), middle,

@@ -10,7 +10,7 @@ namespace kagero {
 std::string html_text(const std::string& text);
 
 /// Returns a number with two to three significant digits as HTML, such as 0.25, 3.1·10⁻⁷ or 12 400; "–" if it is not
-/// finite. Whole numbers from 1000 to 10⁷ keep all digits.
+/// finite. Numbers from 1000 to 10⁷ are rounded to whole numbers.
 std::string html_number(double value);
 
 /// Returns a table. Cells are HTML. The first `text_columns` columns hold text and are aligned to the left; the others

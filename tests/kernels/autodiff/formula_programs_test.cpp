@@ -1,5 +1,5 @@
-// Tests of the compiled programs of random formulas. The interpreter evaluates their values and gradients, which are
-// compared with dual numbers that are propagated through the nodes of the formula.
+// Tests of the compiled programs of random formulas. Values and gradients that the interpreter computes from these
+// programs are compared with dual numbers that are propagated through the nodes of the formula.
 #include "kernels/formula/interpreter.h"
 #include "kernels/formula/programs.h"
 #include "kernels/trace/packets.h"
@@ -93,9 +93,9 @@ bool is_well_conditioned(const std::vector<FormulaNode>& nodes, const std::vecto
     return true;
 }
 
-// If the operands are equal, the derivative is that of the first operand, as with dual numbers. The inputs are pairwise
-// equal: 0 and 1, 3 and 4. For `abs`, the operand is input 2 or 5, which are 0.
-TEST(FormulaPrograms, MinimumAndMaximumOfEqualOperandsReturnTheFirst) {
+// If the operands are equal, the derivative is that of the first operand, as with dual numbers. Inputs 0 and 1 are
+// equal, and so are inputs 3 and 4. The operand of `abs` is input 2 or 5, which are 0.
+TEST(FormulaPrograms, MinMaxAndAbsOfEqualOperandsHaveTheDerivativeOfTheFirst) {
     const auto programs = std::make_unique<formula::Programs>();
     const double at[7] = {0.5, 0.5, 0, 0.25, 0.25, 0, 1};
     for (const Op op : {Op::min, Op::max, Op::abs})

@@ -53,7 +53,7 @@ TYPED_TEST_SUITE(Gradients, AllHamiltonians, HamiltonianName);
 /// One number for each component of position and momentum, and for p_t: a state, or a row of derivatives.
 using Vector7 = std::array<double, 7>;
 
-/// Returns K, in any number type: H − H0 or, if `rescaled` is set, Ω·(H − H0).
+/// Returns H − H0 or, if `rescaled` is set, Ω·(H − H0), in any number type.
 template <class H, class T>
 T integrated_hamiltonian(const std::array<T, 7>& y, bool rescaled) {
     const auto values = default_parameters<H>();
@@ -61,9 +61,9 @@ T integrated_hamiltonian(const std::array<T, 7>& y, bool rescaled) {
     for (std::size_t i = 0; i < k.size(); ++i) k[i] = T(values[i]);
     const auto parameters = make_parameters<H>(k.data());
     const Vec3<T> q{y[0], y[1], y[2]}, p{y[3], y[4], y[5]};
-    const T excess = H::energy(parameters, q, p, y[6]) - T(H::level);
-    if constexpr (Rescalable<H>) return rescaled ? H::rescale(parameters, q) * excess : excess;
-    else return excess;
+    const T residual = H::energy(parameters, q, p, y[6]) - T(H::level);
+    if constexpr (Rescalable<H>) return rescaled ? H::rescale(parameters, q) * residual : residual;
+    else return residual;
 }
 
 template <class H>
@@ -216,12 +216,12 @@ TYPED_TEST(Gradients, RescaledHamiltonianObeysTheProductRule) {
             double gradient_h[6], gradient_k[6];
             plain.derivatives(s, gradient_h);
             rescaled.derivatives(s, gradient_k);
-            const double excess = plain.energy(s);
+            const double residual = plain.unscaled_energy_residual(s);
             EXPECT_NEAR(rescaled.time_rescaling_factor(s), omega.value,
                         roundings * machine_epsilon<double> * omega.value);
             const Vector7 scale = rounding_scale(y, gradient_by_complex_step<H>(y, true), hessian_by_duals<H>(y, true));
             for (int i = 0; i < 6; ++i) {
-                const double expected = omega.value * gradient_h[i] + (i < 3 ? excess * omega.derivative[i] : 0);
+                const double expected = omega.value * gradient_h[i] + (i < 3 ? residual * omega.derivative[i] : 0);
                 EXPECT_NEAR(gradient_k[i], expected, 2 * roundings * machine_epsilon<double> * scale[i])
                     << "component " << i;
             }

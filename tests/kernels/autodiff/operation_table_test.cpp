@@ -44,7 +44,8 @@ void check_dual_numbers(const Operands& at) {
     }
 }
 
-/// Checks an operation that is recorded on a tape, in the same way as those of a formula, and evaluated as a program.
+/// Checks an operation that is recorded on a tape, in the same way as the operations of a formula, and evaluated as a
+/// program.
 template <Op op>
 void check_program(const Operands& at) {
     auto t = std::make_unique<Tape>();
@@ -53,10 +54,11 @@ void check_program(const Operands& at) {
     const int node = record(*t, op, inputs[0], inputs[1]);
     record_gradient<2>(*t, node, inputs, gradient);
     const auto program = kagero::detail::extract_untrimmed<3>(*t, {node, gradient[0], gradient[1]});
-    const ProgramWithUniforms<double> listed{{program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
+    const ProgramWithUniforms<double> with_uniforms{
+        {program.nodes, nullptr, program.outputs.data(), program.size}, nullptr};
     const double in[] = {at.a, at.b};
     double values[Tape::capacity];
-    evaluate(listed, in, values);
+    evaluate(with_uniforms, in, values);
     const auto expected = differences<op>(at);
     expect_near(values[program.outputs[0]], value_at<op, Quad>(at.a, at.b), "value of the program");
     for (int k = 0; k < Operation<op>::operands; ++k)

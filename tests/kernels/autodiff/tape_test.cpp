@@ -117,8 +117,8 @@ Term random_expression(Random& random, Tape& t, const LeafValues& leaves, std::a
     return sum;
 }
 
-/// Expects equality to 4096 rounding errors of double. The tape folds constants in double, and the expression amplifies
-/// the rounding errors of folding. All other operations are in quadruple precision.
+/// Expects equality up to 4096 rounding errors of double. The tape folds constants in double, and the expression
+/// amplifies the rounding errors of folding. All other operations are in quadruple precision.
 void expect_equal(Quad found, Quad expected, const char* description) {
     EXPECT_LE(static_cast<double>(abs(found - expected)),
               4096 * machine_epsilon<double> * (1 + static_cast<double>(abs(expected))))
@@ -280,8 +280,8 @@ class TapeOfHamiltonian : public ::testing::Test {};
 TYPED_TEST_SUITE(TapeOfHamiltonian, AllHamiltonians, HamiltonianName);
 
 /// Returns ∂H/∂k for each parameter k by the tape. Each derivative is recorded on a separate tape, because one tape may
-/// be too small for all. The derivative by `seed` of `shimmer`, on which the phases of all waves depend, has no value:
-/// even a separate tape is too small for it.
+/// be too small for all derivatives. The derivative by `seed` of `shimmer`, on which the phases of all waves depend,
+/// has no value: even a separate tape is too small for it.
 template <class H>
 std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& leaves) {
     std::vector<std::optional<Quad>> derivatives;
@@ -289,7 +289,7 @@ std::vector<std::optional<Quad>> derivatives_by_parameters(const LeafValues& lea
         auto t = std::make_unique<Tape>();
         const Leaves<H> x(*t);
         std::array<int, 1> gradient{};
-        record_gradient<1>(*t, record_energy<H>(*t, x), {x.k[i].node}, gradient);
+        record_gradient<1>(*t, record_energy_residual<H>(*t, x), {x.k[i].node}, gradient);
         EXPECT_EQ(t->full, std::string(H::parameters[i].name) == "seed") << H::parameters[i].name;
         if (t->full) derivatives.emplace_back();
         else derivatives.emplace_back(evaluate(t->nodes, t->size, leaves)[gradient[0]]);

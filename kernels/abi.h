@@ -11,7 +11,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 27;
+inline constexpr std::uint32_t abi_version = 28;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -41,7 +41,11 @@ enum class Failure : std::uint8_t {
     untraced,            ///< The run was interrupted before this ray was traced.
     energy_lost,         ///< A step changes H too much, at any step length.
     needs_double,        ///< The momentum at the start is so large that float cannot represent H = H0.
+    momentum_diverges,   ///< The momentum grows without bound, as at a horizon in coordinates that are singular there.
+    steps_vanish,        ///< The steps become so short that the ray makes no progress.
 };
+
+inline constexpr std::uint32_t failure_count = 18;
 
 enum class ObserverKind : std::uint8_t { static_, zamo, falling, coordinate };
 /// The curve inside a step that is intersected with surfaces: the chord or the dense output.
@@ -226,8 +230,16 @@ struct Job {
     const double* parameters;  ///< In the declared order; for `formula`, the programs that Module::compile wrote.
     bool rescaled;             ///< Ω(q)·(H − H0) is integrated instead of H.
     double step;
-    double tolerance;  ///< Local error of adaptive methods, relative to 1 + |value|.
+    /// Greatest local error of adaptive methods, relative to a scale plus value_weight·|value|; the scale is
+    /// position_scale for a component of q, and momentum_scale for a component of p.
+    double tolerance;
+    double position_scale = 1, momentum_scale = 1, value_weight = 1;
+    double first_step_length = 0;  ///< Length of the first step of adaptive methods; 0: it is `step`.
+    double max_step_length = std::numeric_limits<double>::infinity();        ///< Bound on |adaptive step|.
     double max_step_radius_ratio = std::numeric_limits<double>::infinity();  ///< Bound on |adaptive step| / |q|.
+    /// A ray fails with `momentum_diverges` if |p| exceeds max_momentum, and with `steps_vanish` after many steps in a
+    /// row that are shorter than min_step_length.
+    double max_momentum = std::numeric_limits<double>::infinity(), min_step_length = 0;
     double solver_tolerance;  ///< Relative residual of implicit equations; 0: the rounding error.
     std::uint32_t max_steps;
     double escape_radius;  ///< Radius |q| of the escape sphere.

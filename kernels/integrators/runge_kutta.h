@@ -87,8 +87,9 @@ private:
     }
 
     /// Applies elementary step control in each lane (Hairer, Nørsett & Wanner 1993, §II.4). The local error of each
-    /// component is estimated relative to 1 plus its absolute value. A step is rejected if the greatest of these errors
-    /// exceeds the tolerance. The suggested length of the next step aims at the tolerance with a safety factor.
+    /// component x is estimated relative to a scale plus `value_weight` times |x|. A step is rejected if the greatest of
+    /// these errors exceeds the tolerance. The suggested length of the next step aims at the tolerance with a safety
+    /// factor.
     template <class V, int N>
     KAGERO_INLINE static void control(StepperState<V, N>& step, const PhaseGradient<V> (&g)[max_rk_stages],
                                       const ButcherTable& table) {
@@ -96,9 +97,11 @@ private:
         PhaseGradient<V> total;
         V error(S(0));
         sum(g, table.error, table.stages, total);
+        const V weight(step.options.value_weight), position_scale(step.options.position_scale),
+            momentum_scale(step.options.momentum_scale);
         for (int k = 0; k < space_size; ++k) {
-            error = max(error, abs(step.h * total[momentum(k)]) / (V(S(1)) + abs(step.end.y[k])));
-            error = max(error, abs(step.h * total[k]) / (V(S(1)) + abs(step.end.y[momentum(k)])));
+            error = max(error, abs(step.h * total[momentum(k)]) / fma(weight, abs(step.end.y[k]), position_scale));
+            error = max(error, abs(step.h * total[k]) / fma(weight, abs(step.end.y[momentum(k)]), momentum_scale));
         }
         const V relative = max(error * V(S(1) / step.options.tolerance), V(S(1e-6)));
         const V factor = inverse_root(relative, table.estimate_order + 1);

@@ -100,7 +100,8 @@ struct StepOptions {
     ScalarOf<V> capture_radius = std::numeric_limits<ScalarOf<V>>::infinity();  ///< see Job::capture_radius
     ScalarOf<V> capture_stretch = 1;                                            ///< see Job::capture_stretch
     ScalarOf<V> solver_tolerance{};  ///< relative tolerance of implicit equations; 0: iterate until rounding
-    ScalarOf<V> tolerance{};         ///< permitted local error of adaptive methods (RungeKutta::control)
+    ScalarOf<V> tolerance{};  ///< permitted local error of adaptive methods (RungeKutta::control)
+    ScalarOf<V> position_scale = 1, momentum_scale = 1, value_weight = 1;  ///< see Job::tolerance
 };
 
 /// A step: its start, length and end.

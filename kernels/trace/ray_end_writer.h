@@ -33,11 +33,16 @@ public:
     /// Ends the rays of `lanes` as failed, at the end of their last accepted step. The reason is `not_converged` in
     /// lanes of `unsolved`, `energy_lost` in lanes of `not_conserved`, else `not_finite`.
     void fail_rays(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t not_conserved) {
+        fail_at_step_start(lanes & unsolved, Failure::not_converged);
+        fail_at_step_start(lanes & not_conserved & ~unsolved, Failure::energy_lost);
+        fail_at_step_start(lanes & ~(unsolved | not_conserved), Failure::not_finite);
+    }
+    /// Ends the rays of `lanes` as failed, at the end of their last accepted step.
+    void fail_at_step_start(std::uint64_t lanes, Failure failure) {
+        if (!lanes) return;
         StepperState<V> last = packet_.state;
         last.end = last.start;
-        end_rays(last, lanes & unsolved, Status::failed, Failure::not_converged);
-        end_rays(last, lanes & not_conserved & ~unsolved, Status::failed, Failure::energy_lost);
-        end_rays(last, lanes & ~(unsolved | not_conserved), Status::failed, Failure::not_finite);
+        end_rays(last, lanes, Status::failed, failure);
         packet_.deactivate(lanes);
     }
     /// Ends the rays of `lanes` as failed at their start. Their energy error is NaN.

@@ -86,6 +86,9 @@ private:
             (job.outputs & output_parameter) != 0 || job.path_sink || std::isfinite(job.parameter_limit);
         state.options.solver_tolerance = S(job.solver_tolerance);
         state.options.tolerance = S(job.tolerance);
+        state.options.position_scale = S(job.position_scale);
+        state.options.momentum_scale = S(job.momentum_scale);
+        state.options.value_weight = S(job.value_weight);
     }
     /// Writes the starts of the rays in `lanes` into a state. Other lanes get a copy of one of these starts.
     void write_starts(RayStarts<W>& starts, std::uint64_t lanes, StepperState<V>& state) const {

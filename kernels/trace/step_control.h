@@ -3,6 +3,7 @@
 
 #include "kernels/events/all_events.h"
 #include "kernels/trace/ray_end_writer.h"
+#include "kernels/trace/stalled_rays.h"
 #include "kernels/trace/step_length.h"
 
 namespace kagero {
@@ -15,7 +16,7 @@ class StepControl {
 
 public:
     StepControl(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer)
-        : task_(task), packet_(packet), writer_(writer), length_(task) {}
+        : task_(task), packet_(packet), writer_(writer), length_(task), stalled_(task.job) {}
 
     /// Resets the counters of `lanes` for new rays.
     void begin(std::uint64_t lanes) {
@@ -25,12 +26,13 @@ public:
             halvings_[i] = rejections_[i] = 0;
             halvings_of_ray_[i] = 0;
         }
+        stalled_.begin(lanes);
     }
     /// Sets the first step lengths of the rays in `lanes`.
     void start_steps(std::uint64_t lanes) {
         const MaskOf<V> mask = from_bits<V>(lanes);
         V& proposed = packet_.step_length;
-        proposed = select(mask, select(from_bits<V>(packet_.active), V(S(task_.job.step)), V(S(0))), proposed);
+        proposed = select(mask, select(from_bits<V>(packet_.active), first_step(), V(S(0))), proposed);
         packet_.state.h = select(mask, next_length(), packet_.state.h);
     }
     /// Returns the lengths of the next steps.
@@ -57,7 +59,7 @@ public:
             moving &= accepted;
             packet_.step_length = select(from_bits<V>(moving), step.suggested_length, packet_.step_length);
         }
-        return moving;
+        return stalled_.exist ? moving & ~end_stalled(moving) : moving;
     }
     /// Rejects the steps of `lanes` and schedules their repetition with another length. A ray fails after too many
     /// rejections in a row.
@@ -105,6 +107,22 @@ public:
     }
 
 private:
+    /// Returns the steps that the rays take first.
+    V first_step() const {
+        const double length = task_.job.first_step_length;
+        if (length == 0 || !task_.method.info.adaptive || task_.straight) return V(S(task_.job.step));
+        const Vec3<V> v = packet_.state.start.velocity;
+        const V square = dot(v, v);
+        return select(square > V(S(0)), V(S(length)) / sqrt(square), V(S(task_.job.step)));
+    }
+    /// Ends those of `lanes` whose rays are stalled, as failed. Returns their lanes.
+    std::uint64_t end_stalled(std::uint64_t lanes) {
+        const std::uint64_t diverging = stalled_.with_diverging_momentum(packet_.state.end, lanes),
+                            vanishing = stalled_.with_vanishing_steps(packet_.state, lanes & ~diverging);
+        if (diverging) writer_.fail_at_step_start(diverging, Failure::momentum_diverges);
+        if (vanishing) writer_.fail_at_step_start(vanishing, Failure::steps_vanish);
+        return diverging | vanishing;
+    }
     /// Moves `lanes` back to the start of their step, with a new step length. Recomputes the stage derivatives that the
     /// stepper keeps there.
     void restart(std::uint64_t lanes, const V& length) {
@@ -120,10 +138,18 @@ private:
     /// has almost reached, or it fails.
     void halve(std::uint64_t lanes, std::uint64_t unsolved, std::uint64_t not_conserved) {
         repeated_ |= lanes;
-        std::uint64_t failed = 0;
-        for (const int i : lanes_in(lanes))
+        std::uint64_t failed = 0, often_halved = 0;
+        for (const int i : lanes_in(lanes)) {
             if (halvings_[i]++ >= max_halvings || halvings_of_ray_[i]++ >= max_halvings_of_ray)
                 failed |= std::uint64_t(1) << i;
+            if (halvings_of_ray_[i] > max_halvings_while_growing) often_halved |= std::uint64_t(1) << i;
+        }
+        if (stalled_.exist && often_halved) {
+            const std::uint64_t growing = stalled_.with_growing_momentum(packet_.state.start, often_halved);
+            writer_.fail_at_step_start(growing, Failure::momentum_diverges);
+            lanes &= ~growing;
+            failed &= ~growing;
+        }
         if (failed) lanes &= ~end_at_edge(failed);
         restart(lanes, packet_.state.h * V(S(0.5)));
         if (failed &= lanes) writer_.fail_rays(failed, unsolved, not_conserved);
@@ -155,11 +181,14 @@ private:
     /// Total number of halvings after which a ray fails. A ray that needs many halvings in most of its steps would take
     /// very long.
     static constexpr int max_halvings_of_ray = 4000;
+    /// Total number of halvings after which a ray fails whose momentum has grown a thousandfold.
+    static constexpr int max_halvings_while_growing = 12;
 
     const Task<V>& task_;
     Packet<V>& packet_;
     RayEndWriter<V>& writer_;
     StepLength<V> length_;
+    StalledRays<V> stalled_;
     std::uint64_t repeated_ = 0;  ///< Lanes whose current step is a repetition with another length.
     std::uint64_t rejected_ = 0;  ///< Lanes whose step has been rejected by `repeat`.
     std::uint8_t halvings_[W] = {}, rejections_[W] = {};  ///< Counts for the current step of each lane.

@@ -51,11 +51,14 @@ private:
         }
         return ParameterLimit::exists(task_) ? ParameterLimit::limited_length(task_, start, h) : h;
     }
-    /// Limits |h dq/dτ| to the step bound of the Hamiltonian and, for adaptive methods, to `longest_adaptive_step`.
+    /// Limits |h dq/dτ| to the step bound of the Hamiltonian and, for adaptive methods, to Job::max_step_length and
+    /// `longest_adaptive_step`.
     V limit_to_step_bound(const RayState<V>& start, const V& h) const {
         V bound = start.max_step_length;
-        if (std::isfinite(task_.job.max_step_radius_ratio) && task_.method.info.adaptive)
-            bound = min(bound, longest_adaptive_step(start));
+        if (task_.method.info.adaptive) {
+            bound = min(bound, V(S(task_.job.max_step_length)));
+            if (std::isfinite(task_.job.max_step_radius_ratio)) bound = min(bound, longest_adaptive_step(start));
+        }
         const V square = dot(start.velocity, start.velocity);
         const MaskOf<V> exceeds = h * h * square > bound * bound;
         return any(exceeds) ? select(exceeds, bound / sqrt(square), h) : h;

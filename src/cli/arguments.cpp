@@ -63,6 +63,8 @@ std::vector<Override> overrides_of(const Arguments& arguments) {
     add("--integrator", arguments.integrator, "integrator.method", word);
     add("--step", arguments.step, "integrator.step",
         [](const std::string& text) { return to_toml(finite_number("--step", text)); });
+    add("--tolerance", arguments.tolerance, "integrator.tolerance",
+        [](const std::string& text) { return to_toml(finite_number("--tolerance", text)); });
     add("--lanes", arguments.lanes, "integrator.lanes",
         [&](const std::string& text) { return text == "auto" ? word(text) : checked_integer("--lanes", text); });
     add("--size", arguments.size, "film.size", [](const std::string& text) {
@@ -151,6 +153,10 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
                "Step in the integration parameter, 0 < H <= 1e12; in radians for orbit-* methods (key "
                "integrator.step). Methods with step control use it for their first step. Default: chosen for the space",
                "H");
+    add_option(verb, "--tolerance", arguments.tolerance,
+               "Bound on the local error of each step of a method with step control, 0 < T <= 1 (key "
+               "integrator.tolerance). Default: chosen for the picture; 1e-10 for `trace`",
+               "T");
     add_option(verb, "--size", arguments.size,
                "Width and height of the film in pixels, each 1 to 65536 (key film.size). Default: the value in the "
                "scene",

@@ -20,7 +20,7 @@ struct Arguments {
     std::string json;  ///< File for the JSON report; "-" is stdout; "" without --json.
     std::vector<std::string> overrides, cases;
     std::string threads, isa, strategy = "auto", precision = "auto";
-    std::string integrator, step, size, spp, seed, layers, crop, pixel, lanes;
+    std::string integrator, step, tolerance, size, spp, seed, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto",
                 time_limit;
     std::string color = "auto";

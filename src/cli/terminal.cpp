@@ -62,9 +62,11 @@ void ProgressLine::show(double done, double seconds) {
     const std::lock_guard lock(writing_);
     const int tenths = static_cast<int>(10 * done);
     if (!terminal_.interactive()) {
-        if (tenths > tenths_)
-            terminal_.note(std::to_string(10 * tenths) + " %" + subject_ + " done" + time_left(done, seconds));
-        tenths_ = std::max(tenths, tenths_);
+        constexpr double least_line_interval = 2;  // seconds between two lines
+        if (tenths <= tenths_ || seconds - std::max(drawn_at_, 0.0) < least_line_interval) return;
+        terminal_.note(std::to_string(10 * tenths) + " %" + subject_ + " done" + time_left(done, seconds));
+        tenths_ = tenths;
+        drawn_at_ = seconds;
         return;
     }
     if (seconds - drawn_at_ < least_interval) return;

@@ -26,8 +26,8 @@ private:
     bool quiet_, verbose_, interactive_, color_;
 };
 
-/// The progress of a run. On a terminal it is one line that is overwritten; elsewhere it is a line for each 10 %. All
-/// functions may be called from any thread.
+/// The progress of a run. On a terminal it is one line that is overwritten; elsewhere it is a line for each 10 %, at
+/// most every two seconds. All functions may be called from any thread.
 class ProgressLine {
 public:
     /// `subject` is printed after the percentage, for example " of the trial rays".

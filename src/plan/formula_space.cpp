@@ -47,6 +47,19 @@ std::vector<double> compile_rescaled(const IntegratorDescription& integrator, co
     return compile_nodes(formula, rescaling.scope, *space.module, *integrator.rescale_location, "integrator.rescale");
 }
 
+double speed_of(const FormulaDescription& formula, const RayStart& ray) {
+    const Double3 p{ray.p[0], ray.p[1], ray.p[2]};
+    const double difference = 1e-6 * length(p);
+    Double3 velocity{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        Double3 after = p, before = p;
+        after[i] += difference;
+        before[i] -= difference;
+        velocity[i] = (value_of_h(formula, ray.q, after) - value_of_h(formula, ray.q, before)) / (2 * difference);
+    }
+    return length(velocity);
+}
+
 StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], double pt) {
     const auto h = [&](const Double3& p) { return value_of_h(formula, q, p); };
     constexpr Double3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

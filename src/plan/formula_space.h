@@ -13,6 +13,9 @@ std::vector<double> compile_formula(const FormulaDescription& formula, const Mod
 /// Throws InputError if the programs are too large.
 std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space);
 
+/// Returns |dq/dλ| = |∂H/∂p| at the start of a ray, from differences of H.
+double speed_of(const FormulaDescription& formula, const RayStart& ray);
+
 /// Returns the map from directions d at q to momenta p, for a Hamiltonian H = ½ p·G p + g·p + c that is quadratic in p.
 /// A ray has the direction d if dq/dλ = ∂H/∂p = G p + g = μ d with a factor μ > 0. Then p = μ G⁻¹ d − G⁻¹ g, and H = H0
 /// requires μ² d·G⁻¹ d = 2 (H0 − c) + g·G⁻¹ g. The map is meaningless if H is not quadratic in p. `pt` is the momentum

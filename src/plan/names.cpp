@@ -79,6 +79,13 @@ const char* describe(Failure failure) {
                    "a smaller tolerance";
         case Failure::needs_double:
             return "the momentum this close to a horizon is too large for float; choose --precision double";
+        case Failure::momentum_diverges:
+            return "the momentum grows without bound, as at a horizon in coordinates that are singular there; rays run "
+                   "backward in time, so flip the sign of the null vector of an ingoing form, or state space.capture "
+                   "outside the horizon";
+        case Failure::steps_vanish:
+            return "the steps become so short that the ray makes no progress; H may be singular or may jump here: "
+                   "state space.domain or space.capture before this point";
     }
     return "unknown failure";
 }

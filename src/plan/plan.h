@@ -7,10 +7,11 @@
 
 namespace kagero {
 
-/// The result of the trial that chooses the method, if the scene bounds the pixel error.
+/// The result of the trial that chooses the method and its step.
 struct MethodTrial {
     std::uint64_t rays = 0;  ///< Number of rays that were traced.
-    double bound = 0;        ///< Pixel error that the scene permits, in pixels.
+    bool is_stated = false;  ///< True if the scene states the bound, false if it is the default.
+    double bound = 0;        ///< Permitted pixel error, in pixels.
     double estimate = 0;     ///< 99th percentile of the pixel error of the trial's rays, or of the uncertainty of the
                              ///< reference if that is greater.
     bool bound_met = false;  ///< True if a method was found whose estimate is within the bound.
@@ -44,6 +45,11 @@ struct Plan {
     /// Returns the argument of the kernel. The job contains pointers into this plan, which must outlive it.
     Job job() const { return job_of(*scene, view, run); }
 };
+
+/// Returns true if the scene states a bound on the pixel error, and no method is known to meet it.
+inline bool misses_stated_bound(const Plan& plan) {
+    return plan.method_trial && plan.method_trial->is_stated && !plan.method_trial->bound_met;
+}
 
 /// Loads a scene and makes its plan. Throws InputError if scene and options state something impossible, such as a
 /// method that does not support the space, or a camera inside a surface.

@@ -20,9 +20,25 @@ std::uint32_t integrator_index(const Module& module, const std::string& name) {
 /// support that rescaling.
 constexpr const char* method_for_any_rescaling = "gauss8";
 
-std::uint32_t choose_integrator(const Scene& scene) {
+/// Default method and tolerance of ray lists.
+constexpr const char* ray_list_method = "dp85";
+constexpr double ray_list_tolerance = 1e-10, ray_list_tolerance_in_float = 1e-6;
+/// Weight of |value| in the local error of ray lists. Near a horizon |p| is large, and an error that is small relative
+/// to |p| is large for the ray that escapes. The rounding errors are still small compared with the tolerance.
+constexpr double ray_list_value_weight = 1e-3;
+
+/// Returns true if the scene states none of method, step and tolerance.
+bool states_no_accuracy(const IntegratorDescription& stated) {
+    return !stated.method_location && !stated.step_location && !stated.tolerance_location;
+}
+
+std::uint32_t choose_integrator(const Scene& scene, Purpose purpose) {
     const IntegratorDescription& stated = scene.description.integrator;
     const std::uint32_t chosen = integrator_index(scene.module(), stated.method);
+    if (purpose == Purpose::ray_list && states_no_accuracy(stated)) {
+        const std::uint32_t adaptive = integrator_index(scene.module(), ray_list_method);
+        if (!refusal_of(scene, adaptive, states_rescaling(scene))) return adaptive;
+    }
     if (stated.method_location || stated.rescale == "auto" || scene.description.space.formula) return chosen;
     return refusal_of(scene, chosen, states_rescaling(scene))
                ? integrator_index(scene.module(), method_for_any_rescaling)
@@ -54,6 +70,25 @@ bool choose_rescaling(const Scene& scene, std::uint32_t integrator) {
     return false;
 }
 
+/// Returns the configuration with bounds and scales of the steps of a formula, which may use any unit. For a formula
+/// without length_scale, methods with step control take steps of at most a quarter of the distance from the centre of
+/// the space. If the scene states no tolerance, it is relative to lengths and momenta of the scene; for the default
+/// escape radius, the length is 1, as for a stated tolerance.
+RunConfig with_scales_of_formula(const Scene& scene, RunConfig run) {
+    constexpr double first_step_share = 1e-3, max_momentum_growth = 1e6, min_step_share = 1e-11;
+    const IntegratorDescription& stated = scene.description.integrator;
+    const double momentum = typical_momentum(scene);
+    if (scene.description.space.formula->length_scale.empty()) run.max_step_radius_ratio = 0.25;
+    if (!stated.tolerance_location) {
+        run.position_scale = stated.escape_radius / IntegratorDescription().escape_radius;
+        run.momentum_scale = momentum;
+    }
+    if (!stated.step_location) run.first_step_length = first_step_share * stated.escape_radius;
+    run.max_momentum = max_momentum_growth * momentum;
+    run.min_step_length = min_step_share * stated.escape_radius;
+    return run;
+}
+
 /// Returns the greatest permitted distance of a chord from the dense output, in Scene::unit: a fiftieth of a pixel at a
 /// distance of half the scene's size, but at most 1e-5 of that size. The second bound applies to pictures with few
 /// pixels. It also keeps hits accurate where the space magnifies, so that a pixel shows a smaller region.
@@ -68,17 +103,20 @@ double chord_tolerance(const Scene& scene, Purpose purpose) {
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose) {
     const IntegratorDescription& stated = scene.description.integrator;
     RunConfig run;
-    run.method.integrator = choose_integrator(scene);
+    run.method.integrator = choose_integrator(scene, purpose);
     run.method.rescaled = choose_rescaling(scene, run.method.integrator);
-    const bool is_length = step_kind(scene, run.method.integrator, run.method.rescaled) == StepKind::length;
-    run.step = is_length ? stated.step / scene.unit : stated.step;
-    run.tolerance = stated.tolerance;
+    const bool is_ray_list_default = purpose == Purpose::ray_list && states_no_accuracy(stated) &&
+                                     scene.module().integrators[run.method.integrator].adaptive;
+    const StepKind kind = step_kind(scene, run.method.integrator, run.method.rescaled);
+    const double step = is_ray_list_default ? stated.default_step[static_cast<std::size_t>(kind)] : stated.step;
+    run.step = kind == StepKind::length ? step / scene.unit : step;
+    const double default_tolerance =
+        options.precision == Precision::float32 ? ray_list_tolerance_in_float : ray_list_tolerance;
+    run.tolerance = is_ray_list_default ? default_tolerance : stated.tolerance;
+    if (is_ray_list_default) run.value_weight = ray_list_value_weight;
     run.solver_tolerance = stated.solver_tolerance;
     run.max_steps = stated.max_steps;
-    // For a formula without length_scale, methods with step control take steps of at most a quarter of the distance
-    // from the centre of the space.
-    if (scene.description.space.formula && scene.description.space.formula->length_scale.empty())
-        run.max_step_radius_ratio = 0.25;
+    if (scene.description.space.formula) run = with_scales_of_formula(scene, run);
     run.use_symmetry = stated.use_symmetry;
     run.hit = stated.hit;
     run.chord_tolerance = chord_tolerance(scene, purpose);
@@ -106,7 +144,14 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.step = run.step;
     job.tolerance = run.tolerance;
     job.solver_tolerance = run.solver_tolerance;
+    job.position_scale = run.position_scale;
+    job.momentum_scale = run.momentum_scale;
+    job.value_weight = run.value_weight;
+    job.first_step_length = run.first_step_length;
+    job.max_step_length = run.max_step_length;
     job.max_step_radius_ratio = run.max_step_radius_ratio;
+    job.max_momentum = run.max_momentum;
+    job.min_step_length = run.min_step_length;
     job.max_steps = run.max_steps;
     job.escape_radius = scene.limits.escape_radius;
     job.inner_escape_radius = scene.limits.inner_escape_radius;
@@ -123,6 +168,14 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.scanlines = run.scanlines;
     job.refill = run.refill == Refill::on;
     return job;
+}
+
+double step_length(const Scene& scene, const RunConfig& run) {
+    const bool is_length = step_kind(scene, run.method.integrator, run.method.rescaled) == StepKind::length;
+    if (scene.straight || !is_length || run.method.rescaled ||
+        scene.module().integrators[run.method.integrator].adaptive)
+        return 0;
+    return run.step * scene.unit * typical_speed(scene);
 }
 
 double stated_step(const Scene& scene, const RunConfig& run) {

@@ -17,6 +17,11 @@ struct RunConfig {
     std::uint32_t max_steps = 0;  ///< Number of steps after which a ray ends as `step_limit`.
     /// Greatest step of methods with step control, divided by the distance from the centre of the space.
     double max_step_radius_ratio = std::numeric_limits<double>::infinity();
+    double max_step_length = std::numeric_limits<double>::infinity();  ///< Bound on the same steps.
+    double first_step_length = 0;  ///< Length of the first of these steps; 0: it is `step`.
+    double position_scale = 1, momentum_scale = 1, value_weight = 1;  ///< See Job::tolerance.
+    /// Bounds beyond which a ray cannot end any more, see Job.
+    double max_momentum = std::numeric_limits<double>::infinity(), min_step_length = 0;
     bool use_symmetry = true;          ///< True: cyclic coordinates are updated once per step, if the method can.
     HitModel hit = HitModel::hermite;  ///< Curve inside a step that is intersected with surfaces.
     double chord_tolerance = 0;        ///< Greatest distance of a chord from the dense output, a length.
@@ -38,6 +43,10 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
 
 /// Returns the argument of a kernel. The job contains pointers into the scene and the view, which must outlive it.
 Job job_of(const Scene& scene, const View& view, const RunConfig& run);
+
+/// Returns the length of a step near the camera, in the unit of the scene file; 0 if the method has no steps of a fixed
+/// length.
+double step_length(const Scene& scene, const RunConfig& run);
 
 /// Returns RunConfig::step in the unit of the scene file.
 double stated_step(const Scene& scene, const RunConfig& run);

@@ -7,6 +7,7 @@
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "plan/units.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,6 +51,23 @@ std::uint32_t clearance_cells(const Scene& scene, Purpose purpose) {
     if (purpose == Purpose::ray_list) return std::uint32_t(greatest);
     const FilmDescription& film = scene.description.film;
     return std::uint32_t(std::clamp(std::cbrt(double(film.width) * film.height * film.spp), least, greatest));
+}
+
+/// Returns the ray along the axis of the camera.
+RayStart ray_along_axis(const SceneDescription& scene, const Space& space) {
+    const Double3 q = subtract(scene.camera.position, scene.space.center);
+    return space.start({q[0], q[1], q[2]}, subtract(scene.camera.look_at, scene.camera.position));
+}
+
+/// Returns the table [integrator] of a formula with default steps in the units of the scene. They are proportional to
+/// the escape radius, and inversely proportional to |dq/dλ| at the camera, so that a step is a fixed share of the escape
+/// radius.
+IntegratorDescription with_scaled_steps(const Scene& scene) {
+    IntegratorDescription integrator = scene.description.integrator;
+    const double factor = integrator.escape_radius / IntegratorDescription().escape_radius / typical_speed(scene);
+    for (double& step : integrator.default_step) step *= factor;
+    if (!integrator.step_location) integrator.step *= factor;
+    return integrator;
 }
 
 /// Restricts early capture by a black hole of mass M to rays that can no longer hit an object. The kernels capture an
@@ -104,6 +122,7 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     scene->description = std::move(description);
     const SceneDescription& s = scene->description;
     scene->space = make_space(s.space, module, time_sign(s.camera, options, purpose));
+    if (s.space.formula) scene->description.integrator = with_scaled_steps(*scene);
     scene->straight = scene->space.is_straight();
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
     scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose));
@@ -115,6 +134,20 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
 double scene_size(const Scene& scene) {
     return scene.unit *
            (scene.geometry->kernel_view() ? scene.geometry->diagonal() : scene.description.integrator.escape_radius);
+}
+
+double typical_momentum(const Scene& scene) {
+    const RayStart ray = ray_along_axis(scene.description, scene.space);
+    const double momentum = std::hypot(ray.p[0], ray.p[1], ray.p[2]);
+    return ray.failure == Failure::none && std::isfinite(momentum) && momentum > 0 ? momentum : 1;
+}
+
+double typical_speed(const Scene& scene) {
+    const auto& formula = scene.description.space.formula;
+    if (!formula) return 1;
+    const RayStart ray = ray_along_axis(scene.description, scene.space);
+    const double speed = ray.failure == Failure::none ? speed_of(*formula, ray) : 1;
+    return std::isfinite(speed) && speed > 0 ? speed : 1;
 }
 
 bool states_rescaling(const Scene& scene) {

@@ -50,6 +50,12 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
 /// scene file.
 double scene_size(const Scene& scene);
 
+/// Returns |p| of the ray along the axis of the scene's camera; 1 if this ray cannot start.
+double typical_momentum(const Scene& scene);
+
+/// Returns |dq/dλ| of the same ray of a formula; 1 for other spaces, or if the ray cannot start.
+double typical_speed(const Scene& scene);
+
 /// Returns true if the scene states an expression for Ω and its rays bend. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);
 

@@ -26,6 +26,7 @@ struct alignas(64) ThreadData {
     Counters counters{};
     ThreadTime time;
     std::uint64_t rays = 0;
+    std::array<std::uint64_t, failure_count> failures{};
     PercentileHistogram energy_errors;
 };
 
@@ -69,6 +70,7 @@ RunReport merge_results(std::vector<ThreadData>& threads) {
         report.rays += data.rays;
         report.counters = combine(report.counters, data.counters, std::plus{});
         report.threads.push_back(data.time);
+        for (std::size_t i = 0; i < failure_count; ++i) report.failures[i] += data.failures[i];
         energy_errors.add(data.energy_errors);
     }
     report.energy_error = energy_errors.percentiles();
@@ -176,12 +178,15 @@ private:
             data.counters = counters_before;
             return false;
         }
-        count_rays(data);
+        const auto failed = static_cast<std::size_t>(Status::failed);
+        count_rays(data, data.counters.ended[failed] != counters_before.ended[failed]);
         return true;
     }
-    /// Adds the rays of a tile and their energy errors to the results of the thread.
-    void count_rays(ThreadData& data) const {
+    /// Adds the rays of a tile, their failures and their energy errors to the results of the thread.
+    void count_rays(ThreadData& data, bool has_failures) const {
         data.rays += data.ends.size();
+        if (has_failures)
+            for (const RayEnd& end : data.ends) ++data.failures[static_cast<std::size_t>(end.failure)];
         if (!(job_.outputs & output_energy)) return;
         for (const RayEnd& end : data.ends)  // NaN for a ray that could not start
             if (!std::isnan(end.energy_error)) data.energy_errors.add(end.energy_error);

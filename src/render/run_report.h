@@ -6,6 +6,7 @@
 #include "render/percentiles.h"
 #include "render/recording.h"
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <limits>
@@ -27,6 +28,7 @@ struct RunReport {
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
     Counters counters{};
+    std::array<std::uint64_t, failure_count> failures{};  ///< Number of rays for each value of Failure.
     Percentiles energy_error = percentiles_of({});  ///< Requires Options::energy_error or the layer `energy_error`.
     bool interrupted = false;                       ///< True if some tiles were not finished.
     bool out_of_time = false;                       ///< True if the time limit is the reason for this.

@@ -75,7 +75,7 @@ std::string validity_text(const Plan& plan) {
            std::to_string(scene.film.width) + "x" + std::to_string(scene.film.height) + ")\n";
 }
 
-std::string validity_json(const Plan& plan) {
+std::string validity_json(const Plan& plan, const std::vector<Warning>& warnings) {
     const SceneDescription& scene = plan.description();
     return text_of({{"scene", scene.path},
                     {"valid", true},
@@ -84,7 +84,8 @@ std::string validity_json(const Plan& plan) {
                     {"objects", scene.objects.size()},
                     {"width", scene.film.width},
                     {"height", scene.film.height},
-                    {"remarks", plan.remarks}});
+                    {"remarks", plan.remarks},
+                    {"warnings", warnings_json(warnings)}});
 }
 
 std::string invalidity_json(const std::string& scene, const std::string& error) {

@@ -50,7 +50,8 @@ Json timing_json(const std::vector<RunReport>& runs) {
 
 }  // namespace
 
-std::string render_json(const Plan& plan, const RunReport& report, double write_seconds) {
+std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
+                        const std::vector<Warning>& warnings) {
     const Tile& window = plan.view.window;
     const Counters& work = report.counters;
     Json json;
@@ -92,6 +93,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["schedule"] = name_of(report.schedule);
     json["predict_s"] = report.predict_seconds;
     json["thread_times"] = threads_json(report);
+    json["warnings"] = warnings_json(warnings);
     return text_of(json);
 }
 
@@ -109,6 +111,7 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
     json["status"] = status_json(last);
     json["iteration_occupancy"] = occupancy_json(last.counters.active_iterations, last.counters.issued_iterations);
     json["repetitions"] = runs.size();
+    json["warnings"] = warnings_json(warnings_of(plan, last));
     return text_of(json);
 }
 

@@ -3,6 +3,7 @@
 
 #include "film/write_film.h"
 #include "render/render.h"
+#include "report/warnings.h"
 
 #include <string>
 #include <vector>
@@ -10,7 +11,8 @@
 namespace kagero {
 
 /// Returns the JSON of `render`. `energy_error` is null unless the run measured the error of H.
-std::string render_json(const Plan& plan, const RunReport& report, double write_seconds);
+std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
+                        const std::vector<Warning>& warnings);
 
 /// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run.
 std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs);

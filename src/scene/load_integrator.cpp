@@ -35,10 +35,11 @@ bool uses_orbit_method(const Section& section, const IntegratorDescription& inte
     return true;
 }
 
-/// Returns the default method, which the Hamiltonian declares. There are two exceptions, in which the default is an
+/// Returns the default method, which the Hamiltonian declares. There are three exceptions, in which the default is an
 /// adaptive method unless the Hamiltonian has a discontinuity. In the first, the scene states a tolerance, which only
 /// adaptive methods use. In the second, the scene disables the rescaling of the space and states no step: steps of
-/// constant length may be too long near a hole.
+/// constant length may be too long near a hole. In the third, the space is a formula and the scene states no step: the
+/// lengths over which a formula changes are unknown.
 std::string default_method(const Section& section, const HamiltonianInfo& info, const Catalogue& catalogue) {
     constexpr const char* adaptive_method = "dp85";
     const IntegratorInfo* const begin = catalogue.integrators;
@@ -47,8 +48,10 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
         return entry.name == std::string_view(info.method);
     })->adaptive;
     const Value* rescale = find(section, "rescale");
+    const bool is_formula = info.name == std::string_view("formula");
     const bool needs_step_control =
-        find(section, "tolerance") || (rescale && rescale->string == "none" && info.rescales && !find(section, "step"));
+        find(section, "tolerance") ||
+        (!find(section, "step") && (is_formula || (rescale && rescale->string == "none" && info.rescales)));
     return needs_step_control && !is_adaptive && !info.discontinuous ? adaptive_method : info.method;
 }
 

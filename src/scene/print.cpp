@@ -118,16 +118,17 @@ void print_formula(std::ostringstream& out, const FormulaDescription& formula, c
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
     const KeyLine line{out};
     out << "\n[integrator]\n";
-    // A default method is written as a TOML comment if it may still change: with max_pixel_error, a trial may choose
-    // another method; with a stated rescaling, the method may not support the rescaling. If this default is an orbit
-    // method, the keys step, tolerance, solver_tolerance and rescale are comments too: if they were stated, the default
-    // would not be an orbit method.
-    const bool method_may_change =
-        !integrator.method_location && (integrator.max_pixel_error > 0 || integrator.rescale != "auto");
+    // A default method is written as a TOML comment if it may still change: a trial may choose another method unless
+    // the scene states a step or tolerance; with a stated rescaling, the method may not support the rescaling. A default
+    // step or tolerance is a comment too, because a trial chooses it. If the default is an orbit method, the keys
+    // solver_tolerance and rescale are comments: if they were stated, the default would not be an orbit method.
+    const bool states_step = integrator.step_location || integrator.tolerance_location;
+    const bool method_may_change = !integrator.method_location &&
+                                   (integrator.max_pixel_error > 0 || integrator.rescale != "auto" || !states_step);
     const char* comment_out = method_may_change && integrator.method.starts_with("orbit-") ? "# " : "";
     if (method_may_change) out << "# ";
     line("method", integrator.method);
-    out << comment_out;
+    out << (integrator.step_location ? comment_out : "# ");
     line("step", integrator.step);
     out << (integrator.tolerance_location ? comment_out : "# ") << "tolerance = " << to_toml(integrator.tolerance)
         << "  # for adaptive methods only\n";

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <regex>
 #include <sstream>
 
 namespace kagero {
@@ -112,6 +113,23 @@ bool is_bare_word(const std::string& text) {
     return !text.empty() && text.find_first_of("[]{}\"'=,#\n\r") == std::string::npos;
 }
 
+/// Returns the text with a digit before and after every decimal point of a number, as TOML requires: `.20` becomes
+/// `0.20`, and `5.` becomes `5.0`. Text in quotes is not changed.
+std::string with_complete_numbers(const std::string& text) {
+    if (text.find_first_of("\"'") != std::string::npos) return text;
+    static const std::regex no_digit_before("(^|[-+\\s,\\[=])\\.(\\d)"), no_digit_after("(\\d)\\.(?=$|[\\s,\\]eE])");
+    return std::regex_replace(std::regex_replace(text, no_digit_before, "$010.$2"), no_digit_after, "$1.0");
+}
+
+/// Returns a hint if a line of the file contains a number that TOML refuses; else "".
+std::string hint_about_numbers(const std::string& text, int line) {
+    std::istringstream lines(text);
+    std::string content;
+    for (int i = 0; i < line && std::getline(lines, content); ++i) {}
+    const std::string complete = with_complete_numbers(content);
+    return complete == content ? "" : "; numbers need a digit before and after the point: " + complete;
+}
+
 }  // namespace
 
 Value parse_toml(const std::string& text, const std::string& file) {
@@ -119,7 +137,9 @@ Value parse_toml(const std::string& text, const std::string& file) {
     try {
         return convert(toml::parse(text, file), file);
     } catch (const toml::parse_error& error) {
-        throw InputError(location_of(error.source(), file), std::string(error.description()));
+        throw InputError(location_of(error.source(), file),
+                         std::string(error.description()) +
+                             hint_about_numbers(text, static_cast<int>(error.source().begin.line)));
     }
 }
 
@@ -128,7 +148,7 @@ Value parse_toml_value(const std::string& text, const FileLocation& location) {
     if (text.empty()) throw InputError(location, "the value after '=' is missing; write KEY=VALUE");
     check_depth_of_keys(text, location);
     try {
-        const Value document = convert(toml::parse("value = " + text), "");
+        const Value document = convert(toml::parse("value = " + with_complete_numbers(text)), "");
         if (document.items.size() != 1)
             throw InputError(location,
                              "there is more than one value after '='; use one option -D KEY=VALUE for each key");

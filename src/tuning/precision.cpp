@@ -6,6 +6,7 @@
 #include "rays/camera.h"
 #include "render/trace.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -21,8 +22,6 @@ constexpr double max_difference = 0.1;
 /// Greatest share of strays: rays whose ends in float and in double differ in status or object, or by more than one
 /// pixel. Such rays graze an edge, or orbit a hole before they escape.
 constexpr double max_stray_share = 0.003;
-/// Smallest tolerance for float. With a smaller tolerance, step control would respond to rounding errors.
-constexpr double min_float_tolerance = 5e-7;
 /// Greatest number of steps in float, divided by that in double. With more steps, float is not faster.
 constexpr double max_step_ratio = 1.2;
 
@@ -68,6 +67,13 @@ const KernelInfo* kernel_in_float(const Plan& plan) {
     return find_kernel(*plan.scene, plan.run.method, request);
 }
 
+/// Returns the greatest permitted 99th percentile of the difference: the part of the bound on the pixel error that the
+/// method leaves, if a trial has chosen the method.
+double permitted_difference(const Plan& plan) {
+    const auto& trial = plan.method_trial;
+    return trial && trial->bound_met ? std::min(max_difference, trial->bound - trial->estimate) : max_difference;
+}
+
 /// Traces the trial's rays in both precisions. Returns the reason to use double that follows from the ray ends; empty
 /// if there is none.
 std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
@@ -89,9 +95,10 @@ std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, Preci
         return std::to_string(strays) + " of " + std::to_string(trial.rays) +
                " rays have another status or object in float, or end more than a pixel away; at most " +
                plain_number(100 * max_stray_share) + " % may";
-    if (!(trial.difference <= max_difference))
+    const double permitted = permitted_difference(plan);
+    if (!(trial.difference <= permitted))
         return "the 99th percentile of the difference between float and double is " + plain_number(trial.difference) +
-               " pixels; at most " + plain_number(max_difference) + " is permitted";
+               " pixels; at most " + plain_number(permitted) + " is permitted";
     const double step_ratio = total_steps(in_float) / total_steps(in_double);
     if (step_ratio > max_step_ratio)
         return "float needs " + plain_number(std::round(100 * step_ratio) / 100) + " times as many steps as double";

@@ -1,20 +1,24 @@
 #include "tuning/resolve.h"
 
-#include "tuning/autotune.h"
+#include "tuning/choose_method.h"
 #include "tuning/precision.h"
+#include "tuning/step_bound.h"
 
 namespace kagero {
 
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose, const TrialControl& control) {
-    Plan plan = make_plan(std::move(description), options, purpose);
+    Plan plan = choose_step_bound(make_plan(std::move(description), options, purpose), options, purpose);
     return purpose == Purpose::picture ? choose_by_trial(std::move(plan), control) : plan;
 }
 
 Plan choose_by_trial(Plan plan, const TrialControl& control) {
-    if (plan.description().integrator.max_pixel_error > 0)
-        return autotune(std::move(plan), control.progress, control.time_limit);
-    plan.decisions.tuning.push_back(
-        {"trial of method, step and precision", false, "the scene states no integrator.max_pixel_error"});
+    if (needs_method_search(plan)) {
+        plan = choose_method(std::move(plan), control.progress, control.time_limit);
+    } else {
+        plan.decisions.tuning.push_back({"choice of method and step by a trial", false,
+                                         plan.scene->straight ? "all rays are straight"
+                                                              : "the scene states the step or the tolerance"});
+    }
     return choose_precision(std::move(plan));
 }
 

@@ -234,7 +234,7 @@ TEST_F(Runs, PrintAMessageIfManyRaysReachTheStepLimit) {
                    max_steps)
             .err;
     };
-    EXPECT_NE(messages_with("3").find("no ray ended within integrator.max_steps = 3 steps"), std::string::npos);
+    EXPECT_NE(messages_with("3").find("all 256 rays did not end within integrator.max_steps = 3"), std::string::npos);
     const json report = json::parse(run("render hole.toml --size 16x16 -o a.exr --integrator dp5 --step 0.25 --quiet "
                                         "--json -D integrator.max_steps=20")
                                         .out);

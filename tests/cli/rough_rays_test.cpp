@@ -139,7 +139,7 @@ TEST_F(ProgramTest, EndsRaysAtTheStepLimit) {
     for (const Row& row : rows_of(outcome.out)) {
         EXPECT_EQ(row.status, "step_limit");
         EXPECT_TRUE(all_numbers_finite(row.without_ray_number));
-        EXPECT_EQ(row.reason, "");
+        EXPECT_EQ(row.reason, "the ray did not end within integrator.max_steps = 3");
     }
 }
 

@@ -67,7 +67,7 @@ TEST_F(Explain, ListsEachPartAsUsedOrLeftOut) {
         {"generation of camera rays in the kernel", "", "--spp 4"},
         {"refinement of events by correction steps", "", "-D integrator.hit=chord"},
         {"refill of lanes", "-D integrator.refill=on", ""},
-        {"trial of ", "-D integrator.max_pixel_error=0.25", ""},
+        {"choice of method and step by a trial", "", "--step 0.3"},
     };
     for (const auto& [part, with, without] : parts) {
         SCOPED_TRACE(part);

@@ -3,6 +3,9 @@
 #include "cli/verb.h"
 #include "error.h"
 #include "report/explanation.h"
+#include "report/warnings.h"
+#include "tuning/step_bound.h"
+#include "tuning/trial_run.h"
 
 #include <ostream>
 
@@ -37,9 +40,13 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     SceneDescription scene = with_error_report([&] { return scene_of(arguments, options); });
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     // make_plan also reads meshes and textures, and refuses methods that cannot integrate the space.
-    const auto plan = with_error_report([&] { return make_plan(std::move(scene), options); });
+    const Plan plan = with_error_report([&] {
+        return choose_step_bound(make_plan(std::move(scene), options), options, Purpose::picture);
+    });
     for (const std::string& remark : plan.remarks) terminal.warning(remark);
-    write_report(json ? validity_json(plan) : validity_text(plan));
+    const std::vector<Warning> warnings = warnings_of(plan, trace_trial(plan), "in a trial of the picture");
+    for (const Warning& warning : warnings) terminal.warning(warning.text);
+    write_report(json ? validity_json(plan, warnings) : validity_text(plan));
     return exit_done;
 }
 

@@ -81,7 +81,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     terminal.note((profile.interrupted ? "interrupted; the results so far are in " : "the report is in ") +
                   path_in(directory, "report.html"));
     if (profile.interrupted) return exit_interrupted;
-    return plan.method_trial && !plan.method_trial->bound_met ? exit_bound : exit_done;
+    return misses_stated_bound(plan) ? exit_bound : exit_done;
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include "render/deadline.h"
 #include "report/run_json.h"
 #include "report/text/numbers.h"
+#include "report/warnings.h"
+#include "tuning/trial_run.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -135,26 +137,12 @@ void print_result(const RunReport& report, const std::string& path, const Termin
                   rounded(report.seconds) + " s, " + rounded(rate) + " rays/s)");
 }
 
-/// Prints warnings if more than 1 % of the rays reached the step limit or failed, or if the 99th percentile of the
-/// relative error of H exceeds 1 %.
-void warn_of_ends(const Plan& plan, const RunReport& report, const Terminal& terminal) {
-    constexpr double max_share = 0.01, max_energy_error = 0.01;
-    const auto count = [&](Status status) { return double(report.counters.ended[static_cast<int>(status)]); };
-    const double rays = double(report.rays);
-    if (const double unfinished = count(Status::step_limit); unfinished > max_share * rays)
-        terminal.warning(
-            (unfinished == rays ? "no ray ended" : rounded(unfinished) + " of " + rounded(rays) + " rays did not end") +
-            " within integrator.max_steps = " + std::to_string(plan.description().integrator.max_steps) +
-            " steps; the pixels of these rays are black. Try a greater integrator.max_steps");
-    if (count(Status::failed) > max_share * rays)
-        terminal.warning(rounded(count(Status::failed)) + " of " + rounded(rays) +
-                         " rays failed, and their pixels are black; `kagero trace` prints the reason for each ray. If "
-                         "steps failed, try " +
-                         (plan.method().adaptive ? "another integrator.tolerance" : "a smaller integrator.step"));
-    if (report.energy_error.p99 > max_energy_error && !(plan.method_trial && plan.method_trial->bound_met))
-        terminal.warning("the 99th percentile of the relative error of H is " + rounded(report.energy_error.p99) +
-                         "; above " + rounded(max_energy_error) + " the picture may be wrong. Try a smaller " +
-                         (plan.method().adaptive ? "integrator.tolerance" : "integrator.step"));
+/// Returns the warnings about a picture. Without an error that trial rays have confirmed, a few rays test whether H is
+/// conserved.
+std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report) {
+    const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
+    if (!is_confirmed && !(plan.run.outputs & output_energy)) report.energy_error = trace_trial(plan).energy_error;
+    return warnings_of(plan, report, "their pixels are black");
 }
 
 /// Throws InputError for options that cannot be combined with --pixel.
@@ -175,11 +163,13 @@ void check_combination(const Arguments& arguments) {
 /// Writes the JSON report, prints the result and warnings, and returns the exit status.
 int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output,
              const std::string& json, const Terminal& terminal) {
-    if (!json.empty()) write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds); });
+    const std::vector<Warning> warnings = warnings_of_picture(plan, report);
+    if (!json.empty())
+        write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds, warnings); });
     print_result(report, output, terminal);
-    warn_of_ends(plan, report, terminal);
+    for (const Warning& warning : warnings) terminal.warning(warning.text);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
-    return plan.method_trial && !plan.method_trial->bound_met ? exit_bound : exit_done;
+    return misses_stated_bound(plan) ? exit_bound : exit_done;
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {

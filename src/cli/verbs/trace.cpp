@@ -9,6 +9,7 @@
 #include "report/csv/read_rays.h"
 #include "report/csv/write_rays.h"
 #include "report/run_json.h"
+#include "report/warnings.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>
@@ -121,6 +122,7 @@ bool write_csv(const Request& request, const std::string& output, const RunContr
     std::vector<RayEnd> ends;
     const RunReport report = trace(plan, starts, ends, control);
     write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends); });
+    for (const Warning& warning : warnings_of(plan, report)) request.terminal.warning(warning.text);
     return report.interrupted;
 }
 

@@ -36,6 +36,15 @@ std::string object_name(const Plan& plan, const RayEnd& end) {
     return csv_text(plan.description().objects.at(end.surface).name);
 }
 
+/// Returns the reason why a ray failed or was cut off; "" for other rays.
+std::string reason_of(const Plan& plan, const RayEnd& end) {
+    if (end.status == Status::failed) return why_failed(*plan.scene, plan.run.kernel->precision, end.failure);
+    if (end.status != Status::step_limit) return "";
+    if (end.steps >= plan.run.max_steps)
+        return "the ray did not end within integrator.max_steps = " + std::to_string(plan.run.max_steps);
+    return "the ray reached the value of --parameter";
+}
+
 void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {
     row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
     append_vector(row, end.q);
@@ -45,10 +54,7 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
     append_number(row, end.parameter);
     row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
     append_number(row, end.energy_error);
-    row += ',' +
-           (end.status == Status::failed ? csv_text(why_failed(*plan.scene, plan.run.kernel->precision, end.failure))
-                                         : std::string()) +
-           '\n';
+    row += ',' + csv_text(reason_of(plan, end)) + '\n';
 }
 
 void append_point(std::string& row, const PathPoint& point) {

@@ -132,7 +132,7 @@ TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
         ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
         double gradient[6], energy[1], force[3], velocity[3];
         formula::evaluate(programs->derivatives, at, gradient);
-        formula::evaluate(programs->value, at, energy);
+        formula::evaluate(programs->energy_residual, at, energy);
         formula::evaluate(programs->force, at, force);
         formula::evaluate(programs->velocity, at, velocity);
         PacketDouble in[7], out[6];

@@ -1,0 +1,88 @@
+#include "report/warnings.h"
+
+#include "report/text/numbers.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+/// Greatest 99th percentile of the energy error, above which H counts as not conserved. A method with step control at
+/// its default tolerance stays far below.
+constexpr double max_energy_error = 1e-3;
+
+std::string count_text(std::uint64_t count, std::uint64_t rays) {
+    return count == rays ? (rays == 1 ? "the ray" : "all " + std::to_string(rays) + " rays")
+                         : std::to_string(count) + " of " + std::to_string(rays) + " rays";
+}
+
+std::string with_consequence(const std::string& consequence) {
+    return consequence.empty() ? std::string() : "; " + consequence;
+}
+
+/// Returns the settings that make steps shorter, or their errors smaller.
+std::string finer_steps(const Plan& plan) {
+    if (plan.method().adaptive)
+        return "set integrator.tolerance to less than " + rounded(plan.run.tolerance);
+    return "set integrator.step to less than " + rounded(stated_step(*plan.scene, plan.run)) +
+           ", or integrator.tolerance for a method with step control";
+}
+
+Warning warning_of_failures(const Plan& plan, const RunReport& report, std::uint64_t failed,
+                            const std::string& consequence) {
+    const auto most = std::max_element(report.failures.begin() + 1, report.failures.end());
+    const auto failure = static_cast<Failure>(most - report.failures.begin());
+    std::string reason = why_failed(*plan.scene, plan.run.kernel->precision, failure);
+    if (failure == Failure::not_converged)
+        reason += plan.method().adaptive ? "; try another integrator.tolerance" : "; try a smaller integrator.step";
+    if (*most < failed) reason += " (" + std::to_string(*most) + " of them)";
+    return {"failed", count_text(failed, report.rays) + " failed" + with_consequence(consequence) + ": " + reason};
+}
+
+Warning warning_of_step_limit(const Plan& plan, const RunReport& report, std::uint64_t cut_off,
+                              const std::string& consequence) {
+    const std::uint32_t max_steps = plan.run.max_steps;
+    std::string text = count_text(cut_off, report.rays) + " did not end within integrator.max_steps = " +
+                       std::to_string(max_steps) + with_consequence(consequence) + ": ";
+    const double step = step_length(*plan.scene, plan.run),
+                 escape_radius = plan.description().integrator.escape_radius * plan.scene->unit;
+    if (step > 0 && step * max_steps < 2 * escape_radius)
+        text += "these steps cover a length of " + rounded(step * max_steps) +
+                ", and a path through the escape sphere has up to " + rounded(2 * escape_radius) +
+                "; set integrator.max_steps to at least " + rounded(std::ceil(2 * escape_radius / step)) +
+                ", or integrator.tolerance for a method with step control";
+    else
+        text += "set a greater integrator.max_steps; rays that are trapped, as in a duct or on a photon orbit, never end";
+    return {"step_limit", text};
+}
+
+Warning warning_of_energy(const Plan& plan, const RunReport& report) {
+    return {"energy_error", "H is not conserved: for 1 % of the rays its relative change exceeds " +
+                                rounded(report.energy_error.p99) + " (more than " + rounded(max_energy_error) +
+                                " is unreliable); " + finer_steps(plan)};
+}
+
+}  // namespace
+
+std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, const std::string& consequence) {
+    std::vector<Warning> warnings;
+    const auto count = [&](Status status) { return report.counters.ended[static_cast<int>(status)]; };
+    std::uint64_t failed = count(Status::failed), cut_off = count(Status::step_limit);
+    failed -= std::min(failed, report.failures[static_cast<std::size_t>(Failure::untraced)]);
+    if (failed > 0) warnings.push_back(warning_of_failures(plan, report, failed, consequence));
+    if (cut_off > 0 && !std::isfinite(plan.run.parameter_limit))
+        warnings.push_back(warning_of_step_limit(plan, report, cut_off, consequence));
+    const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
+    if (!is_confirmed && report.energy_error.p99 > max_energy_error)
+        warnings.push_back(warning_of_energy(plan, report));
+    return warnings;
+}
+
+Json warnings_json(const std::vector<Warning>& warnings) {
+    Json list = Json::array();
+    for (const Warning& warning : warnings) list.push_back({{"key", warning.key}, {"text", warning.text}});
+    return list;
+}
+
+}  // namespace kagero

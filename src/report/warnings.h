@@ -1,0 +1,28 @@
+/// Warnings about results that may be wrong. Every verb reports the same conditions in the same words.
+#pragma once
+
+#include "plan/plan.h"
+#include "render/run_report.h"
+#include "report/json.h"
+
+#include <string>
+#include <vector>
+
+namespace kagero {
+
+/// A condition that makes results untrustworthy: its key in JSON, and a sentence that states the condition, its size
+/// and the remedy for the scene.
+struct Warning {
+    std::string key;  ///< "failed", "step_limit" or "energy_error".
+    std::string text;
+};
+
+/// Returns the warnings about a run: rays that failed or were cut off, and H that is not conserved. The last condition
+/// is not tested if the report contains no energy errors, or if trial rays have confirmed the error of the method.
+/// `consequence` is added to the warnings about rays, such as "their pixels are black".
+std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, const std::string& consequence = "");
+
+/// Returns the JSON list of warnings: objects with "key" and "text".
+Json warnings_json(const std::vector<Warning>& warnings);
+
+}  // namespace kagero

@@ -1,0 +1,27 @@
+/// Choice of the method and its step for a picture, by trial rays.
+#pragma once
+
+#include "plan/plan.h"
+#include "render/run_report.h"
+
+namespace kagero {
+
+/// Bound on the pixel error of a picture whose scene states neither method nor step, tolerance or max_pixel_error.
+inline constexpr double default_max_pixel_error = 0.05;
+
+/// Returns true if trial rays choose the method or its step: the scene bounds the pixel error, or states no step and
+/// tolerance.
+bool needs_method_search(const Plan& plan);
+
+/// Traces a sparse grid of the film's rays in double, with several methods. Chooses the method and step, or tolerance,
+/// that keep the error of 99 % of these rays within the bound with the fewest floating-point operations. The bound is
+/// `integrator.max_pixel_error`, or `default_max_pixel_error`. A method that the scene states is kept; a formula gets
+/// only methods with step control, unless the scene states another one.
+///
+/// The search does at most a third of the operations of the picture, or `min_search_operations`, and ends at the time
+/// limit. The choice depends only on the scene and the instruction set, unless the time limit ends the search. If no
+/// choice is found, the plan keeps its method. Plan::method_trial and the decisions record the result.
+Plan choose_method(Plan plan, const Progress& progress = {},
+                   double time_limit = std::numeric_limits<double>::infinity());
+
+}  // namespace kagero

@@ -1,0 +1,221 @@
+#include "tuning/method_search.h"
+
+#include "pixels/shade.h"
+#include "render/operation_count.h"
+#include "render/trace.h"
+#include "tuning/precision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace kagero {
+namespace {
+
+/// Number of rays along each edge of the trial's grid.
+constexpr std::uint32_t search_grid = 16;
+/// Greatest 99th percentile of the trial's errors, as a share of the bound. The percentile of 256 rays differs from
+/// that of all rays of a picture by less than a factor of two.
+constexpr double safe_share = 0.5;
+/// Greatest share of trial rays that may end differently from the reference, or have no confirmed reference.
+constexpr double max_wrong_share = 0.01;
+/// Greatest number of operations of the search: a share of those of the picture, and a number of operations that takes
+/// about ten milliseconds, so that small pictures can be searched too.
+constexpr double max_picture_share = 1.0 / 3, min_search_operations = 1e8;
+/// Cost of an operation in float, in operations in double. A register has twice as many lanes in float.
+constexpr double float_cost = 0.5;
+/// RunConfig::value_weight of the reference, as for ray lists.
+constexpr double reference_value_weight = 1e-3;
+/// Limit of steps of the trial, as a multiple of the median over the rays that end, and its smallest value.
+constexpr double step_limit_over_median = 30;
+constexpr std::uint32_t least_step_limit = 1000;
+
+/// Methods among which a search chooses: the most efficient ones of bench/defaults, in the order in which they are
+/// tried. The plan's default method is tried first.
+constexpr const char* candidates[] = {"orbit-srkn6", "orbit-srkn11", "dp85", "dp54", "srkn6", "dp5", "rk4", "gauss4"};
+
+/// Two methods whose agreement confirms the reference. Steps of a fixed length are multiples of the default step.
+struct ReferencePair {
+    const char* method;
+    double step;
+    const char* confirming_method;
+    double confirming_step;
+};
+// The error estimates of both adaptive methods see every stage of a step, so that neither passes over a jump of a
+// derivative. The second pair is for spaces whose discontinuity only collocation methods support.
+constexpr ReferencePair reference_pairs[] = {{"dp85", 1e-10, "dp54", 1e-9}, {"gauss12", 0.5, "gauss8", 0.35}};
+
+/// Thrown when the time limit has passed.
+struct OutOfTime {};
+
+}  // namespace
+
+/// Traces rays and counts the operations.
+std::vector<RayEnd> MethodSearch::trace_rays(const Plan& plan, const std::vector<RayStart>& starts,
+                                             double* operations) {
+    const double left = time_limit_ - seconds();
+    if (!(left > 0)) throw OutOfTime{};
+    std::vector<RayEnd> ends;
+    const RunReport report = trace(plan, starts, ends, {.time_limit = left});
+    if (report.interrupted) throw OutOfTime{};
+    const double counted = operations_of(plan, report.counters);
+    spent_ += counted;
+    if (operations) *operations = counted / double(starts.size());
+    return ends;
+}
+
+/// Returns the operations per ray, weighted by the precision in which a picture would use the method.
+double MethodSearch::cost(const MeasuredMethod& measured) const {
+    const bool is_too_fine =
+        info_of(plan_, measured.variant).adaptive && measured.variant.step < min_float_tolerance;
+    return measured.operations * (may_use_float_ && !is_too_fine ? float_cost : 1);
+}
+
+/// Returns true if the picture may use float, as far as this is known without a trial.
+bool MethodSearch::has_float() const {
+    if (plan_.run.kernel_request.precision == Precision::float64) return false;
+    for (const std::string& layer : plan_.description().film.layers)
+        if (needs_of(layer) & (need_any_error | need_footprint)) return false;
+    return plan_.run.kernel->strategy == Strategy::packet;
+}
+
+/// Traces the reference ends with the first pair of methods that the space supports. Returns false if the pair does not
+/// agree, or if the budget does not suffice.
+bool MethodSearch::trace_reference() {
+    for (const ReferencePair& pair : reference_pairs) {
+        auto first = find_variant(plan_, pair.method, Strategy::packet, Precision::float64, pair.step),
+             second = find_variant(plan_, pair.confirming_method, Strategy::packet, Precision::float64,
+                                   pair.confirming_step);
+        if (!first || !second) continue;
+        for (Variant* variant : {&*first, &*second})
+            if (!info_of(plan_, *variant).adaptive) variant->step *= default_step(plan_, *variant);
+        Plan plan = plan_with_variant(plan_, *first), confirming_plan = plan_with_variant(plan_, *second);
+        plan.run.value_weight = confirming_plan.run.value_weight = reference_value_weight;
+        double operations = 0;
+        reference_.ends = trace_rays(plan, sample_.starts, &operations);
+        if (const double needed = spent_ + 3 * operations * double(rays); needed > budget_) {
+            std::ostringstream reason;
+            reason.precision(2);
+            reason << "the trial needs at least " << needed << " operations, and the picture permits " << budget_;
+            failure_reason = reason.str();
+            is_affordable = false;
+            return false;
+        }
+        const std::vector<RayEnd> confirming = trace_rays(confirming_plan, sample_.starts);
+        reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
+                                                  trace_rays(plan, sample_.below));
+        std::size_t unconfirmed = 0;
+        for (std::size_t i = 0; i < rays; ++i) {
+            const RayEnd& end = reference_.ends[i];
+            const bool has_ended = end.status != Status::step_limit && end.status != Status::failed;
+            reference_.confirmed.push_back(has_ended && same_status_and_object(end, confirming[i]));
+            unconfirmed += !reference_.confirmed.back();
+        }
+        if (double(unconfirmed) > max_wrong_share * double(rays)) {
+            failure_reason = "no two methods agree on the ends of " + std::to_string(unconfirmed) + " of " +
+                             std::to_string(rays) + " rays; at most 1 % may differ";
+            return false;
+        }
+        uncertainty = compare_rays(plan_, reference_, confirming).pixels.p99;
+        if (uncertainty > safe_share * bound_) {
+            failure_reason = "the 99th percentile of the distances between the ends of " + std::string(pair.method) +
+                             " and " + pair.confirming_method + " is " + plain_number(uncertainty) + " pixels";
+            return false;
+        }
+        if (!std::isfinite(uncertainty)) uncertainty = 0;  // all rays are captured
+        return true;
+    }
+    failure_reason = "this space does not support two methods that could confirm each other";
+    return false;
+}
+
+/// Traces the trial's rays with a variant. Returns nothing if the budget does not suffice.
+std::optional<MeasuredMethod> MethodSearch::measure(Variant variant) {
+    if (spent_ > budget_) return {};
+    MeasuredMethod measured;
+    measured.variant = variant;
+    const Plan plan = plan_with_variant(plan_, variant);
+    const std::vector<RayEnd> ends = trace_rays(plan, sample_.starts, &measured.operations);
+    measured.errors = compare_rays(plan_, reference_, ends);
+    const RayErrors& errors = measured.errors;
+    const bool is_comparable = errors.compared + errors.compared_ill_conditioned > 0;
+    measured.is_within = double(errors.flips) <= max_wrong_share * double(rays) &&
+                         (!is_comparable || errors.pixels.p99 <= safe_share * bound_);
+    if (progress_) progress_(std::min(1.0, spent_ / budget_), seconds());
+    return measured;
+}
+
+/// Measures one method with several steps, and keeps the cheapest one that is within the bound as `best`.
+void MethodSearch::try_method(const char* name) {
+    auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
+    if (!variant) return;
+    const bool adaptive = info_of(plan_, *variant).adaptive;
+    const double ratio = adaptive ? 10 : 2, finest = adaptive ? 1e-13 : 0;
+    constexpr int max_measurements = 12;
+    double step = adaptive ? 1e-4 : default_step(plan_, *variant);
+    bool found = false, too_coarse = false;
+    const auto try_step = [&](double tried) {
+        variant->step = tried;
+        const auto measured = measure(*variant);
+        if (!measured) return false;
+        if (measured->is_within) {
+            found = true;
+            if (!best || cost(*measured) < cost(*best)) best = measured;
+        } else {
+            too_coarse = true;
+            // A finer step costs more, and would not become the best.
+            if (best && cost(*measured) > cost(*best)) return false;
+        }
+        return true;
+    };
+    double longest = 0;  // the longest step that is within the bound
+    for (int i = 0; i < max_measurements && !(found && too_coarse) && step > finest && step < 1e300; ++i) {
+        const bool had_found = found;
+        if (!try_step(step)) break;
+        if (found && (!had_found || !too_coarse)) longest = step;
+        step = found && !too_coarse ? step * ratio : step / ratio;
+        if (adaptive && step > 0.1) break;
+    }
+    if (longest > 0 && too_coarse) try_step(longest * std::sqrt(ratio));
+}
+
+void MethodSearch::run() {
+    sample_ = sample_rays(plan_, search_grid, search_grid);
+    rays = sample_.starts.size();
+    may_use_float_ = has_float();
+    precision_ = plan_.run.kernel_request.precision.value_or(Precision::float64);
+    const bool is_stated = plan_.description().integrator.method_location.has_value();
+    try {
+        double default_operations = 0;
+        std::vector<double> steps;
+        for (const RayEnd& end : trace_rays(plan_, sample_.starts, &default_operations))
+            if (end.status != Status::step_limit) steps.push_back(end.steps);
+        if (steps.empty()) {
+            failure_reason = "no ray of the trial ends within integrator.max_steps";
+            return;
+        }
+        const double limit = step_limit_over_median * percentiles_of(std::move(steps)).p50;
+        plan_.run.max_steps =
+            std::min(plan_.run.max_steps, std::max(least_step_limit, std::uint32_t(std::min(1e9, limit))));
+        const FilmDescription& film = plan_.description().film;
+        const double picture_rays = double(film.width) * film.height * film.spp;
+        budget_ = std::max(max_picture_share * picture_rays * default_operations, min_search_operations);
+        if (!trace_reference()) return;
+        const std::string own = plan_.method().name;
+        const bool only_adaptive = plan_.description().space.formula.has_value();
+        try_method(own.c_str());
+        for (const char* name : candidates) {
+            const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
+            if (is_stated || own == name || !variant) continue;
+            if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
+            try_method(name);
+        }
+        if (!best)
+            failure_reason = "no " + (is_stated ? "step of " + own : std::string("method")) +
+                             " that was measured meets the bound";
+    } catch (const OutOfTime&) {
+        if (!best) failure_reason = "the time limit passed before a method was found that meets the bound";
+    }
+}
+
+}  // namespace kagero

@@ -1,0 +1,57 @@
+/// Search for the cheapest method and step that keep the errors of trial rays within a bound.
+#pragma once
+
+#include "accuracy/reference.h"
+#include "render/run_report.h"
+
+#include <chrono>
+
+namespace kagero {
+
+/// A method with a step whose errors were measured.
+struct MeasuredMethod {
+    Variant variant;
+    double operations = 0;  ///< Operations per ray.
+    RayErrors errors;
+    bool is_within = false;  ///< True if the errors are within the bound.
+};
+
+/// A search. The trial's rays are a sparse grid of the film's rays. Two methods, which must agree, give their reference
+/// ends. Each candidate is then traced with several steps. The search does at most a third of the operations of the
+/// picture, or as many as take about ten milliseconds, and ends at the time limit.
+class MethodSearch {
+public:
+    MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)
+        : plan_(plan), bound_(bound), progress_(progress), time_limit_(time_limit) {}
+
+    /// Traces the reference and all candidates. Sets `best` and `failure_reason`.
+    void run();
+
+    std::optional<MeasuredMethod> best;
+    std::string failure_reason;  ///< Reason why `best` is empty.
+    bool is_affordable = true;   ///< False if the search would need more operations than the picture permits.
+    std::uint64_t rays = 0;
+    double uncertainty = 0;  ///< 99th percentile of the pixel distances between the two methods of the reference.
+
+private:
+    bool trace_reference();
+    bool has_float() const;
+    void try_method(const char* name);
+    std::optional<MeasuredMethod> measure(Variant variant);
+    std::vector<RayEnd> trace_rays(const Plan& plan, const std::vector<RayStart>& starts, double* operations = nullptr);
+    double cost(const MeasuredMethod& measured) const;
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
+    Plan plan_;
+    const double bound_;
+    const Progress& progress_;
+    const double time_limit_;
+    const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+    bool may_use_float_ = false;
+    Precision precision_ = Precision::float64;  ///< Precision in which candidates are measured.
+    double spent_ = 0, budget_ = 0;  ///< Operations.
+    SampleRays sample_;
+    ReferenceRays reference_;
+};
+
+}  // namespace kagero

@@ -1,0 +1,114 @@
+// Tests of the warnings about untrustworthy results: alike in every verb, on stderr and in JSON, and none without
+// cause.
+#include "tests/support/hole_scene.h"
+#include "tests/support/program.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace kagero::test {
+namespace {
+
+using nlohmann::json;
+
+class Warnings : public HoleTest {
+protected:
+    /// Returns the keys of the warnings in the JSON report of a command.
+    std::vector<std::string> keys_of(const std::string& command) const {
+        std::vector<std::string> keys;
+        for (const json& warning : json::parse(run(command + " --quiet --json").out)["warnings"])
+            keys.push_back(warning["key"]);
+        return keys;
+    }
+};
+
+using Keys = std::vector<std::string>;
+
+TEST_F(Warnings, ReportRaysThatReachTheStepLimitInEveryVerb) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-10,0,0,1,0.5\n");
+    const std::string few_steps = " --integrator dp5 --step 0.25 -D integrator.max_steps=3";
+    for (const std::string command :
+         {"render hole.toml -o a.png", "trace hole.toml --rays rays.csv", "check hole.toml"}) {
+        SCOPED_TRACE(command);
+        EXPECT_EQ(keys_of(command + few_steps), Keys{"step_limit"});
+        const Outcome outcome = run(command + few_steps);
+        EXPECT_EQ(outcome.status, 0);
+        EXPECT_NE(outcome.err.find("integrator.max_steps = 3"), std::string::npos) << outcome.err;
+    }
+}
+
+// A single ray of 4096 is reported.
+TEST_F(Warnings, ReportASingleRay) {
+    const json report =
+        json::parse(run("render hole.toml --size 64x64 --integrator dp5 --step 0.25 --quiet --json -o a.png "
+                        "-D integrator.max_steps=1000").out);
+    ASSERT_EQ(report["status"]["step_limit"], 0);
+    EXPECT_EQ(report["warnings"].size(), 0u);
+    // The limit is lowered until some rays, at most 1 %, reach it.
+    for (int limit = 400; limit > 10; limit -= 5) {
+        const Outcome outcome = run("render hole.toml --size 64x64 --integrator dp5 --step 0.25 --quiet --json "
+                                    "-o a.png -D integrator.max_steps=" + std::to_string(limit));
+        const json limited = json::parse(outcome.out);
+        const int cut_off = limited["status"]["step_limit"];
+        if (cut_off == 0) continue;
+        EXPECT_LT(cut_off, 41);
+        EXPECT_EQ(limited["warnings"].size(), 1u);
+        return;
+    }
+    FAIL() << "no limit cuts off rays";
+}
+
+// The derivative of H jumps at r = 1, and steps of a fixed length cross the jump.
+TEST_F(Warnings, ReportThatHIsNotConserved) {
+    write("lens.toml",
+          "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - max(1, n^2))\"\n[space.let]\n"
+          "r = \"sqrt(x^2 + y^2 + z^2)\"\nQ = \"(-1/r + sqrt(1/r^2 + 1/27))^(1/3)\"\nn = \"(Q - 1/(3*Q))^2\"\n"
+          "[integrator]\nescape_radius = 10\n[camera]\nposition = [-5, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
+          "fov = 15\n[film]\nsize = [16, 12]\n");
+    write("rays.csv", "x,y,z,dx,dy,dz\n-5,0.9,0,1,0,0\n-5,0.99,0,1,0,0\n");
+    const std::string fixed = " --integrator gauss8 --step 0.3";
+    for (const std::string command :
+         {"render lens.toml -o a.png", "check lens.toml", "trace lens.toml --rays rays.csv"}) {
+        SCOPED_TRACE(command);
+        EXPECT_NE(run(command + fixed).err.find("H is not conserved"), std::string::npos);
+        EXPECT_EQ(run(command).err.find("H is not conserved"), std::string::npos);
+    }
+}
+
+// The ingoing Kerr–Schild form is singular for rays that run backward in time. They approach the horizon forever. The
+// form with the opposite sign of the null vector is regular.
+TEST_F(Warnings, ReportRaysThatApproachAHorizonForever) {
+    const auto scene = [](const char* null_vector, const char* integrator) {
+        return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5/r*(pt " +
+               std::string(null_vector) + " (x*px + y*py + z*pz)/r)^2\"\ncapture = \"r - 1\"\n[space.constants]\n"
+               "pt = 1\n[space.let]\nr = \"sqrt(x^2 + y^2 + z^2)\"\n[integrator]\nescape_radius = 50\n" + integrator +
+               "[camera]\nposition = [0, -20, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n";
+    };
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-20,0,0.02,1,0\n");
+    for (const char* integrator : {"", "rescale = \"r\"\nstep = 0.2\n"}) {
+        SCOPED_TRACE(integrator);
+        write("ingoing.toml", scene("-", integrator));
+        const Outcome outcome = run("trace ingoing.toml --rays rays.csv");
+        EXPECT_NE(outcome.err.find("flip the sign of the null vector"), std::string::npos) << outcome.err;
+        const json report = json::parse(run("trace ingoing.toml --rays rays.csv --quiet --json").out);
+        EXPECT_EQ(report["status"]["failed"], 1);
+        EXPECT_LE(report["gradients_per_ray"], 5000);
+        write("outgoing.toml", scene("+", integrator));
+        const Outcome regular = run("trace outgoing.toml --rays rays.csv");
+        EXPECT_EQ(regular.err, "");
+        EXPECT_NE(regular.out.find("captured"), std::string::npos) << regular.out;
+    }
+}
+
+TEST_F(Warnings, AreNotPrintedForTheScenesOfTheGallery) {
+    for (const auto& entry : std::filesystem::directory_iterator(KAGERO_SCENES)) {
+        if (entry.path().extension() != ".toml") continue;
+        SCOPED_TRACE(entry.path().filename().string());
+        EXPECT_EQ(run("check '" + entry.path().string() + "'").err, "");
+    }
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -4,8 +4,8 @@ file."""
 import dataclasses
 import hashlib
 import math
+import re
 import statistics
-import tomllib
 
 from . import rays
 from .program import SCENES, fastest_row
@@ -319,8 +319,9 @@ def formulas(program, _):
     text = (SCENES / ROOM).read_text()
     scene = program.directory / "formula-room.toml"
     scene.write_text(FORMULA_ROOM + text[text.index("[integrator]"):])
-    default = tomllib.loads(program.text("print", SCENES / ROOM, *GENERAL))["integrator"]
-    room = ["--integrator", default["method"], "--step", default["step"], "-D", "integrator.rescale=r"]
+    printed = program.text("print", SCENES / ROOM, *GENERAL)  # in which defaults are comments
+    method, step = (re.search(rf"^(?:# )?{key} = (\S+)", printed, re.MULTILINE)[1] for key in ("method", "step"))
+    room = ["--integrator", method.strip('"'), "--step", step, "-D", "integrator.rescale=r"]
     pairs = ((SCENES / ROOM, scene, room), (SCENES / "mirage.toml", SCENES / "formula-mirage.toml", []))
     claim = Claim("formula", "compiled Hamiltonian ÷ the same as a formula, room / mirage, same method", [0.4, 0.4],
                   [0.6, 0.6], [])

@@ -34,9 +34,9 @@ struct RunChoices {
     std::string isa, strategy, precision;
     unsigned lanes = 1, threads = 1;
     double step = 0;               ///< As integrator.step in a scene file; its unit depends on the method.
-    double max_pixel_error = 0;    ///< integrator.max_pixel_error, a bound in pixels; 0: the scene states no bound.
+    double max_pixel_error = 0;    ///< Bound in pixels of the trial that chose the method; 0: there was no trial.
     double estimated_error = 0;    ///< 99th percentile of the pixel errors of trial rays; 0 if no trial met the bound.
-    bool bound_is_met = true;      ///< False if the scene states a bound and no trial confirmed that it is met.
+    bool bound_is_met = true;      ///< False if there was a trial that did not confirm that the bound is met.
     std::vector<std::string> remarks;  ///< Notes on settings that may be mistakes, one line each.
     std::string explanation;           ///< Every decision with its reason.
 };

@@ -87,8 +87,8 @@ private:
     }
 
     /// Applies elementary step control in each lane (Hairer, Nørsett & Wanner 1993, §II.4). The local error of each
-    /// component x is estimated relative to a scale plus `value_weight` times |x|. A step is rejected if the greatest of
-    /// these errors exceeds the tolerance. The suggested length of the next step aims at the tolerance with a safety
+    /// component x is estimated relative to a scale plus `value_weight` times |x|. A step is rejected if the greatest
+    /// of these errors exceeds the tolerance. The suggested length of the next step aims at the tolerance with a safety
     /// factor.
     template <class V, int N>
     KAGERO_INLINE static void control(StepperState<V, N>& step, const PhaseGradient<V> (&g)[max_rk_stages],

@@ -1,5 +1,5 @@
-/// Detection of rays that would go on forever: their momentum grows, or their steps shrink, without bound. An example is
-/// a ray that approaches a horizon in coordinates that are singular there. Such a ray would use up `max_steps`.
+/// Detection of rays that would go on forever: their momentum grows, or their steps shrink, without bound. An example
+/// is a ray that approaches a horizon in coordinates that are singular there. Such a ray would use up `max_steps`.
 #pragma once
 
 #include "kernels/trace/packet.h"
@@ -29,10 +29,10 @@ public:
         const Vec3<V> p = state.p();
         return lanes & to_bits(dot(p, p) > V(S(max_square_)));
     }
-    /// Returns those of `lanes` in which |p| has grown to a thousandth of Job::max_momentum.
+    /// Returns those of `lanes` in which |p| has grown to a tenth of Job::max_momentum.
     std::uint64_t with_growing_momentum(const State<V>& state, std::uint64_t lanes) const {
         const Vec3<V> p = state.p();
-        return lanes & to_bits(dot(p, p) > V(S(1e-6 * max_square_)));
+        return lanes & to_bits(dot(p, p) > V(S(1e-2 * max_square_)));
     }
     /// Counts the accepted steps of `lanes` that are shorter than Job::min_step_length. Returns the lanes with too many
     /// of them in a row.

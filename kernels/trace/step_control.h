@@ -181,7 +181,7 @@ private:
     /// Total number of halvings after which a ray fails. A ray that needs many halvings in most of its steps would take
     /// very long.
     static constexpr int max_halvings_of_ray = 4000;
-    /// Total number of halvings after which a ray fails whose momentum has grown a thousandfold.
+    /// Total number of halvings after which a ray fails whose momentum has grown to a tenth of its limit.
     static constexpr int max_halvings_while_growing = 12;
 
     const Task<V>& task_;

@@ -154,7 +154,7 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
                "integrator.step). Methods with step control use it for their first step. Default: chosen for the space",
                "H");
     add_option(verb, "--tolerance", arguments.tolerance,
-               "Bound on the local error of each step of a method with step control, 0 < T <= 1 (key "
+               "Bound on the local error of each step of a method with step control, 0 < T < 1 (key "
                "integrator.tolerance). Default: chosen for the picture; 1e-10 for `trace`",
                "T");
     add_option(verb, "--size", arguments.size,

@@ -23,6 +23,8 @@ constexpr const char* method_for_any_rescaling = "gauss8";
 /// Default method and tolerance of ray lists.
 constexpr const char* ray_list_method = "dp85";
 constexpr double ray_list_tolerance = 1e-10, ray_list_tolerance_in_float = 1e-6;
+/// Default tolerance of a picture of a formula, if no trial chooses one.
+constexpr double formula_tolerance = 1e-9;
 /// Weight of |value| in the local error of ray lists. Near a horizon |p| is large, and an error that is small relative
 /// to |p| is large for the ray that escapes. The rounding errors are still small compared with the tolerance.
 constexpr double ray_list_value_weight = 1e-3;
@@ -75,7 +77,7 @@ bool choose_rescaling(const Scene& scene, std::uint32_t integrator) {
 /// the space. If the scene states no tolerance, it is relative to lengths and momenta of the scene; for the default
 /// escape radius, the length is 1, as for a stated tolerance.
 RunConfig with_scales_of_formula(const Scene& scene, RunConfig run) {
-    constexpr double first_step_share = 1e-3, max_momentum_growth = 1e6, min_step_share = 1e-11;
+    constexpr double first_step_share = 1e-3, max_momentum_growth = 1e3, min_step_share = 1e-11;
     const IntegratorDescription& stated = scene.description.integrator;
     const double momentum = typical_momentum(scene);
     if (scene.description.space.formula->length_scale.empty()) run.max_step_radius_ratio = 0.25;
@@ -113,6 +115,8 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     const double default_tolerance =
         options.precision == Precision::float32 ? ray_list_tolerance_in_float : ray_list_tolerance;
     run.tolerance = is_ray_list_default ? default_tolerance : stated.tolerance;
+    if (scene.description.space.formula && !stated.tolerance_location && purpose == Purpose::picture)
+        run.tolerance = formula_tolerance;
     if (is_ray_list_default) run.value_weight = ray_list_value_weight;
     run.solver_tolerance = stated.solver_tolerance;
     run.max_steps = stated.max_steps;

@@ -60,7 +60,7 @@ RayStart ray_along_axis(const SceneDescription& scene, const Space& space) {
 }
 
 /// Returns the table [integrator] of a formula with default steps in the units of the scene. They are proportional to
-/// the escape radius, and inversely proportional to |dq/dλ| at the camera, so that a step is a fixed share of the escape
+/// the escape radius, and inversely proportional to |dq/dλ| at the camera. A step is then a fixed share of the escape
 /// radius.
 IntegratorDescription with_scaled_steps(const Scene& scene) {
     IntegratorDescription integrator = scene.description.integrator;

@@ -97,7 +97,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     return text_of(json);
 }
 
-std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
+std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<Warning>& warnings) {
     const RunReport& last = runs.back();
     const double rays = static_cast<double>(last.rays);
     Json json;
@@ -111,7 +111,7 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs) {
     json["status"] = status_json(last);
     json["iteration_occupancy"] = occupancy_json(last.counters.active_iterations, last.counters.issued_iterations);
     json["repetitions"] = runs.size();
-    json["warnings"] = warnings_json(warnings_of(plan, last));
+    json["warnings"] = warnings_json(warnings);
     return text_of(json);
 }
 

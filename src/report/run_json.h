@@ -15,7 +15,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
                         const std::vector<Warning>& warnings);
 
 /// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run.
-std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs);
+std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<Warning>& warnings);
 
 /// Returns the `kagero/*` attributes of the picture file. They are equal for all runs with the same scene, options and
 /// instruction set.

@@ -18,7 +18,7 @@ std::string count_text(std::uint64_t count, std::uint64_t rays) {
 }
 
 std::string with_consequence(const std::string& consequence) {
-    return consequence.empty() ? std::string() : "; " + consequence;
+    return consequence.empty() ? std::string() : " " + consequence;
 }
 
 /// Returns the settings that make steps shorter, or their errors smaller.
@@ -53,7 +53,8 @@ Warning warning_of_step_limit(const Plan& plan, const RunReport& report, std::ui
                 "; set integrator.max_steps to at least " + rounded(std::ceil(2 * escape_radius / step)) +
                 ", or integrator.tolerance for a method with step control";
     else
-        text += "set a greater integrator.max_steps; rays that are trapped, as in a duct or on a photon orbit, never end";
+        text += "set a greater integrator.max_steps; rays that are trapped, as in a duct or on a photon orbit, never "
+                "end";
     return {"step_limit", text};
 }
 

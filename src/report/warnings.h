@@ -19,7 +19,7 @@ struct Warning {
 
 /// Returns the warnings about a run: rays that failed or were cut off, and H that is not conserved. The last condition
 /// is not tested if the report contains no energy errors, or if trial rays have confirmed the error of the method.
-/// `consequence` is added to the warnings about rays, such as "their pixels are black".
+/// `consequence` is added to the warnings about rays, such as "and are black".
 std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, const std::string& consequence = "");
 
 /// Returns the JSON list of warnings: objects with "key" and "text".

@@ -119,9 +119,9 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     const KeyLine line{out};
     out << "\n[integrator]\n";
     // A default method is written as a TOML comment if it may still change: a trial may choose another method unless
-    // the scene states a step or tolerance; with a stated rescaling, the method may not support the rescaling. A default
-    // step or tolerance is a comment too, because a trial chooses it. If the default is an orbit method, the keys
-    // solver_tolerance and rescale are comments: if they were stated, the default would not be an orbit method.
+    // the scene states a step or tolerance; with a stated rescaling, the method may not support the rescaling. A
+    // default step or tolerance is a comment too, because a trial chooses it. If the default is an orbit method, the
+    // keys solver_tolerance and rescale are comments: if they were stated, the default would not be an orbit method.
     const bool states_step = integrator.step_location || integrator.tolerance_location;
     const bool method_may_change = !integrator.method_location &&
                                    (integrator.max_pixel_error > 0 || integrator.rescale != "auto" || !states_step);

@@ -42,11 +42,10 @@ Decision decision_of(const Plan& plan, const MethodTrial& trial) {
     if (!trial.bound_met) return {feature, false, trial.failure_reason};
     const std::string step = plan.method().adaptive ? "tolerance " + plain_number(plan.run.tolerance)
                                                     : "step " + plain_number(stated_step(*plan.scene, plan.run));
-    return {feature + ": " + plan.method().name + " with " + step +
-                " has the fewest operations of those with an error of at most " + plain_number(trial.bound) + " pixels for 99 % of " + std::to_string(trial.rays) +
-                " rays; its error is " + plain_number(trial.estimate) + " pixels",
-            true,
-            {}};
+    std::string chosen = feature + ": " + plan.method().name + " with " + step + " has the fewest operations of those ";
+    chosen += "with an error of at most " + plain_number(trial.bound) + " pixels for 99 % of " +
+              std::to_string(trial.rays) + " rays; its error is " + plain_number(trial.estimate) + " pixels";
+    return {chosen, true, {}};
 }
 
 /// Returns the remark that the error may exceed the bound.

@@ -20,8 +20,8 @@ constexpr double safe_share = 0.5;
 /// Greatest share of trial rays that may end differently from the reference, or have no confirmed reference.
 constexpr double max_wrong_share = 0.01;
 /// Greatest number of operations of the search: a share of those of the picture, and a number of operations that takes
-/// about ten milliseconds, so that small pictures can be searched too.
-constexpr double max_picture_share = 1.0 / 3, min_search_operations = 1e8;
+/// some hundredths of a second, so that small pictures can be searched too.
+constexpr double max_picture_share = 1.0 / 3, min_search_operations = 3e8;
 /// Cost of an operation in float, in operations in double. A register has twice as many lanes in float.
 constexpr double float_cost = 0.5;
 /// RunConfig::value_weight of the reference, as for ray lists.
@@ -34,16 +34,22 @@ constexpr std::uint32_t least_step_limit = 1000;
 /// tried. The plan's default method is tried first.
 constexpr const char* candidates[] = {"orbit-srkn6", "orbit-srkn11", "dp85", "dp54", "srkn6", "dp5", "rk4", "gauss4"};
 
-/// Two methods whose agreement confirms the reference. Steps of a fixed length are multiples of the default step.
+/// Two methods whose agreement confirms the reference.
 struct ReferencePair {
     const char* method;
-    double step;
+    double step;  ///< Multiple of the reference tolerance, or of the default step.
     const char* confirming_method;
     double confirming_step;
 };
 // The error estimates of both adaptive methods see every stage of a step, so that neither passes over a jump of a
 // derivative. The second pair is for spaces whose discontinuity only collocation methods support.
-constexpr ReferencePair reference_pairs[] = {{"dp85", 1e-10, "dp54", 1e-9}, {"gauss12", 0.5, "gauss8", 0.35}};
+constexpr ReferencePair reference_pairs[] = {{"dp85", 0.1, "dp54", 1}, {"gauss12", 0.5, "gauss8", 0.35}};
+
+/// Returns the tolerance of the reference: a thousandth of the bound, as an angle in radians.
+double reference_tolerance(double bound, double pixel_angle) {
+    constexpr double share = 1e-3, least = 1e-11, greatest = 1e-7;
+    return std::clamp(share * bound * pixel_angle, least, greatest);
+}
 
 /// Thrown when the time limit has passed.
 struct OutOfTime {};
@@ -79,8 +85,36 @@ bool MethodSearch::has_float() const {
     return plan_.run.kernel->strategy == Strategy::packet;
 }
 
-/// Traces the reference ends with the first pair of methods that the space supports. Returns false if the pair does not
-/// agree, or if the budget does not suffice.
+/// Compares the reference with the ends by another method. Returns true if both agree.
+bool MethodSearch::confirm_reference(const std::vector<RayEnd>& confirming, const char* method,
+                                     const char* confirming_method) {
+    std::size_t unconfirmed = 0;
+    reference_.confirmed.clear();
+    for (std::size_t i = 0; i < rays; ++i) {
+        const RayEnd& end = reference_.ends[i];
+        const bool has_ended = end.status != Status::step_limit && end.status != Status::failed;
+        reference_.confirmed.push_back(has_ended && same_status_and_object(end, confirming[i]));
+        unconfirmed += !reference_.confirmed.back();
+    }
+    if (double(unconfirmed) > max_wrong_share * double(rays)) {
+        failure_reason = "no two methods agree on the ends of " + std::to_string(unconfirmed) + " of " +
+                         std::to_string(rays) + " rays; at most 1 % may differ";
+        return false;
+    }
+    uncertainty = compare_rays(plan_, reference_, confirming).pixels.p99;
+    if (uncertainty > safe_share * bound_) {
+        failure_reason = "the 99th percentile of the distances between the ends of " + std::string(method) + " and " +
+                         confirming_method + " is " + plain_number(uncertainty) + " pixels";
+        return false;
+    }
+    if (!std::isfinite(uncertainty)) uncertainty = 0;  // all rays are captured
+    failure_reason.clear();
+    return true;
+}
+
+/// Traces the reference ends with the first pair of methods that the space supports. The default method of a compiled
+/// space, by which the rays have been traced already, may confirm them too. Returns false if no two methods agree, or
+/// if the budget does not suffice.
 bool MethodSearch::trace_reference() {
     for (const ReferencePair& pair : reference_pairs) {
         auto first = find_variant(plan_, pair.method, Strategy::packet, Precision::float64, pair.step),
@@ -88,7 +122,8 @@ bool MethodSearch::trace_reference() {
                                    pair.confirming_step);
         if (!first || !second) continue;
         for (Variant* variant : {&*first, &*second})
-            if (!info_of(plan_, *variant).adaptive) variant->step *= default_step(plan_, *variant);
+            variant->step *= info_of(plan_, *variant).adaptive ? reference_tolerance(bound_, sample_.pixel_angle)
+                                                               : default_step(plan_, *variant);
         Plan plan = plan_with_variant(plan_, *first), confirming_plan = plan_with_variant(plan_, *second);
         plan.run.value_weight = confirming_plan.run.value_weight = reference_value_weight;
         double operations = 0;
@@ -101,29 +136,12 @@ bool MethodSearch::trace_reference() {
             is_affordable = false;
             return false;
         }
-        const std::vector<RayEnd> confirming = trace_rays(confirming_plan, sample_.starts);
         reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
                                                   trace_rays(plan, sample_.below));
-        std::size_t unconfirmed = 0;
-        for (std::size_t i = 0; i < rays; ++i) {
-            const RayEnd& end = reference_.ends[i];
-            const bool has_ended = end.status != Status::step_limit && end.status != Status::failed;
-            reference_.confirmed.push_back(has_ended && same_status_and_object(end, confirming[i]));
-            unconfirmed += !reference_.confirmed.back();
-        }
-        if (double(unconfirmed) > max_wrong_share * double(rays)) {
-            failure_reason = "no two methods agree on the ends of " + std::to_string(unconfirmed) + " of " +
-                             std::to_string(rays) + " rays; at most 1 % may differ";
-            return false;
-        }
-        uncertainty = compare_rays(plan_, reference_, confirming).pixels.p99;
-        if (uncertainty > safe_share * bound_) {
-            failure_reason = "the 99th percentile of the distances between the ends of " + std::string(pair.method) +
-                             " and " + pair.confirming_method + " is " + plain_number(uncertainty) + " pixels";
-            return false;
-        }
-        if (!std::isfinite(uncertainty)) uncertainty = 0;  // all rays are captured
-        return true;
+        const bool is_independent =
+            !plan_.description().space.formula && pair.method != std::string(plan_.method().name);
+        return (is_independent && confirm_reference(default_ends_, pair.method, plan_.method().name)) ||
+               confirm_reference(trace_rays(confirming_plan, sample_.starts), pair.method, pair.confirming_method);
     }
     failure_reason = "this space does not support two methods that could confirm each other";
     return false;
@@ -188,7 +206,8 @@ void MethodSearch::run() {
     try {
         double default_operations = 0;
         std::vector<double> steps;
-        for (const RayEnd& end : trace_rays(plan_, sample_.starts, &default_operations))
+        default_ends_ = trace_rays(plan_, sample_.starts, &default_operations);
+        for (const RayEnd& end : default_ends_)
             if (end.status != Status::step_limit) steps.push_back(end.steps);
         if (steps.empty()) {
             failure_reason = "no ray of the trial ends within integrator.max_steps";
@@ -208,6 +227,7 @@ void MethodSearch::run() {
             const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
             if (is_stated || own == name || !variant) continue;
             if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
+            if (info_of(plan_, *variant).angular && !plan_.run.use_symmetry) continue;
             try_method(name);
         }
         if (!best)

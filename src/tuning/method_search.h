@@ -18,7 +18,7 @@ struct MeasuredMethod {
 
 /// A search. The trial's rays are a sparse grid of the film's rays. Two methods, which must agree, give their reference
 /// ends. Each candidate is then traced with several steps. The search does at most a third of the operations of the
-/// picture, or as many as take about ten milliseconds, and ends at the time limit.
+/// picture, or as many as take some hundredths of a second, and ends at the time limit.
 class MethodSearch {
 public:
     MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)
@@ -35,6 +35,7 @@ public:
 
 private:
     bool trace_reference();
+    bool confirm_reference(const std::vector<RayEnd>& confirming, const char* method, const char* confirming_method);
     bool has_float() const;
     void try_method(const char* name);
     std::optional<MeasuredMethod> measure(Variant variant);
@@ -52,6 +53,7 @@ private:
     double spent_ = 0, budget_ = 0;  ///< Operations.
     SampleRays sample_;
     ReferenceRays reference_;
+    std::vector<RayEnd> default_ends_;  ///< Ends by the plan's method.
 };
 
 }  // namespace kagero

@@ -18,8 +18,8 @@ struct TrialControl {
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
              const TrialControl& control = {});
 
-/// Returns the plan of a picture with the choices that trial rays make: method, step and precision if the scene bounds
-/// the error (max_pixel_error), otherwise only the precision.
+/// Returns the plan of a picture with the choices that trial rays make: method and step, unless the scene states a step
+/// or tolerance and no bound on the error, and the precision.
 Plan choose_by_trial(Plan plan, const TrialControl& control = {});
 
 }  // namespace kagero

@@ -6,10 +6,11 @@
 namespace kagero {
 
 /// Sets RunConfig::max_step_length for a formula that states no length_scale and is integrated with step control. A
-/// method with step control passes over a feature that is narrower than its steps. Therefore rays are traced with bounds
-/// that decrease from infinity to a small fraction of the escape radius. The result is the greatest bound whose ray ends
-/// agree with those of the smallest bound. The rays are a grid of the film's rays and, for a ray list, also rays through
-/// the region of the camera; the rays of the list have no influence. Returns the plan unchanged for all other spaces.
+/// method with step control passes over a feature that is narrower than its steps. Therefore rays are traced with
+/// bounds that decrease from infinity to a small fraction of the escape radius. The result is the greatest bound whose
+/// ray ends agree with those of the smallest bound. The rays are a grid of the film's rays and, for a ray list, also
+/// rays through the region of the camera; the rays of the list have no influence. Returns the plan unchanged for all
+/// other spaces.
 Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose);
 
 }  // namespace kagero

@@ -142,7 +142,7 @@ void print_result(const RunReport& report, const std::string& path, const Termin
 std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report) {
     const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
     if (!is_confirmed && !(plan.run.outputs & output_energy)) report.energy_error = trace_trial(plan).energy_error;
-    return warnings_of(plan, report, "their pixels are black");
+    return warnings_of(plan, report, "and are black");
 }
 
 /// Throws InputError for options that cannot be combined with --pixel.

@@ -127,18 +127,24 @@ bool write_csv(const Request& request, const std::string& output, const RunContr
 }
 
 /// Traces the rays `repetitions` times, after one run that is not timed, and writes the JSON report. Returns the number
-/// of complete runs. The runs compute neither the error of H nor λ. Interrupted runs are not reported.
+/// of complete runs. The timed runs compute neither the error of H nor λ; the first run measures the error of H for the
+/// warnings. Interrupted runs are not reported.
 std::size_t write_timing(const Request& request, std::uint32_t repetitions, const RunControl& control) {
     const auto plan = plan_of(request, false);
     const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
     std::vector<RayEnd> ends;
-    trace(plan, starts, ends, control);
+    Plan with_energy = plan;
+    with_energy.run.outputs |= output_energy;
+    const std::vector<Warning> warnings = warnings_of(plan, trace(with_energy, starts, ends, control));
+    if (!request.writes_csv)
+        for (const Warning& warning : warnings) request.terminal.warning(warning.text);
     std::vector<RunReport> runs;
     for (std::uint32_t i = 0; i < repetitions && !*control.stop; ++i) {
         RunReport report = trace(plan, starts, ends, control);
         if (!report.interrupted) runs.push_back(std::move(report));
     }
-    if (!runs.empty()) write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs); });
+    if (!runs.empty())
+        write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs, warnings); });
     return runs.size();
 }
 

@@ -210,8 +210,8 @@ struct Job {
     double first_step_length = 0;  ///< Length of the first step of adaptive methods; 0: it is `step`.
     double max_step_length = std::numeric_limits<double>::infinity();        ///< Bound on |adaptive step|.
     double max_step_radius_ratio = std::numeric_limits<double>::infinity();  ///< Bound on |adaptive step| / |q|.
-    /// A ray fails with `momentum_diverges` if |p| exceeds max_momentum, and with `steps_vanish` after many steps in a
-    /// row that are shorter than min_step_length.
+    /// A ray fails with `momentum_diverges` if |p| exceeds max_momentum while its steps are short, and with
+    /// `steps_vanish` after many steps in a row that are shorter than min_step_length.
     double max_momentum = std::numeric_limits<double>::infinity(), min_step_length = 0;
     double solver_tolerance;  ///< Relative residual of implicit equations; 0: the rounding error.
     std::uint32_t max_steps;

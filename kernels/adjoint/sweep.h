@@ -168,8 +168,9 @@ V rounding_effect(const AdjointRows<V>& rows, const V* x) {
     return sum;
 }
 
-/// Returns a bound on the effect of the rounding errors in a step, except those in the state at its end. The bound
-/// includes the rounding errors in the sums that update the state, in the states of the stages, and in the derivatives.
+/// Returns a bound on the effect of the rounding errors in a step. It includes those in the weighted sum of the stage
+/// derivatives, in the states of the stages, and in the derivatives. It does not include the rounding of the state at
+/// the end of the step, which `sweep_step` adds.
 /// All terms are evaluated in the middle of the step; `middle` is the state there, and `flow` contains the derivatives.
 template <class V>
 V step_rounding_bound(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow,

@@ -175,7 +175,7 @@ Failure compute_start_map(ObserverKind kind, const double* parameters, const dou
 }
 
 /// Returns the frequency p · u of a ray in the rest frame of matter at q that moves with the velocity v = dx/dt; 1 in a
-/// medium. `time_sign` has the same meaning as in `frequency_in`.
+/// medium. `time_sign` is −1 if p belongs to the metric with t → −t, as for a falling observer, else 1.
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
                     const double (&v)[3], double time_sign) {

@@ -24,15 +24,15 @@ public:
         for (const int i : lanes_in(lanes)) short_steps_[i] = 0;
         counted_ &= ~lanes;
     }
-    /// Returns those of `lanes` in which |p| exceeds Job::max_momentum.
-    std::uint64_t with_diverging_momentum(const State<V>& state, std::uint64_t lanes) const {
-        const Vec3<V> p = state.p();
-        return lanes & to_bits(dot(p, p) > V(S(max_square_)));
-    }
-    /// Returns those of `lanes` in which |p| has grown to a tenth of Job::max_momentum.
-    std::uint64_t with_growing_momentum(const State<V>& state, std::uint64_t lanes) const {
-        const Vec3<V> p = state.p();
-        return lanes & to_bits(dot(p, p) > V(S(1e-2 * max_square_)));
+    /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum and the step is much shorter than |q|.
+    /// `state` is the start or the end of the step. Without the second condition, rays would fail that enter the
+    /// second sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks.
+    std::uint64_t with_diverging_momentum(const Step<V>& step, const State<V>& state, double share,
+                                          std::uint64_t lanes) const {
+        const Vec3<V> p = state.p(), q = state.q(), v = step.start.velocity;
+        const MaskOf<V> is_large = dot(p, p) > V(S(share * share * max_square_)),
+                        is_short = step.h * step.h * dot(v, v) < V(S(short_share * short_share)) * dot(q, q);
+        return lanes & to_bits(is_large & is_short);
     }
     /// Counts the accepted steps of `lanes` that are shorter than Job::min_step_length. Returns the lanes with too many
     /// of them in a row.
@@ -50,6 +50,8 @@ public:
     const bool exist;  ///< False if the job sets no bounds, so that no ray can stall.
 
 private:
+    /// Length of a step, relative to |q|, below which a large momentum diverges.
+    static constexpr double short_share = 1e-3;
     /// Number of short steps in a row that a ray may take, for example near a point where H is not smooth.
     static constexpr std::uint8_t max_short_steps = 64;
 

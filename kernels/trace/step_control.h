@@ -117,7 +117,7 @@ private:
     }
     /// Ends those of `lanes` whose rays are stalled, as failed. Returns their lanes.
     std::uint64_t end_stalled(std::uint64_t lanes) {
-        const std::uint64_t diverging = stalled_.with_diverging_momentum(packet_.state.end, lanes),
+        const std::uint64_t diverging = stalled_.with_diverging_momentum(packet_.state, packet_.state.end, 1, lanes),
                             vanishing = stalled_.with_vanishing_steps(packet_.state, lanes & ~diverging);
         if (diverging) writer_.fail_at_step_start(diverging, Failure::momentum_diverges);
         if (vanishing) writer_.fail_at_step_start(vanishing, Failure::steps_vanish);
@@ -145,7 +145,8 @@ private:
             if (halvings_of_ray_[i] > max_halvings_while_growing) often_halved |= std::uint64_t(1) << i;
         }
         if (stalled_.exist && often_halved) {
-            const std::uint64_t growing = stalled_.with_growing_momentum(packet_.state.start, often_halved);
+            const std::uint64_t growing =
+                stalled_.with_diverging_momentum(packet_.state, packet_.state.start, 0.1, often_halved);
             writer_.fail_at_step_start(growing, Failure::momentum_diverges);
             lanes &= ~growing;
             failed &= ~growing;

@@ -16,7 +16,8 @@ RayStart camera_ray_start(const Plan& plan, double x, double y);
 RayStart pixel_ray_start(const Plan& plan, std::uint32_t x, std::uint32_t y);
 
 /// Returns the direction of the ray through the point (x, y) in the observer's rest frame. The vector is not
-/// normalized. The camera must not be orthographic, because its rays have different starts and rest frames.
+/// normalized. The camera must not be orthographic, because each of its rays starts at another point, with another rest
+/// frame.
 Double3 camera_direction(const Plan& plan, double x, double y);
 
 }  // namespace kagero

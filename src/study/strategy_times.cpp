@@ -17,7 +17,7 @@ constexpr double seconds_per_isa = 1;
 /// A kernel with its plan and the times of its runs.
 struct TimedKernel {
     StrategyTime result;
-    Plan plan;                  ///< Plan that traces the rays with this kernel.
+    Plan plan;                  ///< Plan with which the rays are traced by this kernel.
     std::vector<double> times;  ///< Nanoseconds per ray, one per run.
 };
 

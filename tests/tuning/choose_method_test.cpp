@@ -64,8 +64,8 @@ TEST_F(MaxPixelError, IsMetIfAllRaysAreCaptured) {
 // conditioning/1000, and a remark must state this.
 TEST_F(MaxPixelError, CausesARemarkOnIllConditionedRays) {
     const auto plan = plan_of_file((directory_ / "hole.toml").string(),
-                                   {"camera.position=[0,-10000,0]", "camera.fov=0.006", "film.size=[32,32]",
-                                    "integrator.escape_radius=20000", "integrator.max_pixel_error=0.25"});
+                                   {"camera.position=[0,-1000,0]", "camera.fov=0.06", "film.size=[32,32]",
+                                    "integrator.escape_radius=2000", "integrator.max_pixel_error=0.25"});
     *plan = choose_method(*plan);
     ASSERT_TRUE(plan->method_trial && plan->method_trial->bound_met);
     EXPECT_GT(plan->method_trial->estimate, 0);

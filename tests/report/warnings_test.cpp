@@ -87,14 +87,19 @@ TEST_F(Warnings, ReportRaysThatApproachAHorizonForever) {
                "[camera]\nposition = [0, -20, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n";
     };
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-20,0,0.02,1,0\n");
-    for (const char* integrator : {"", "rescale = \"r\"\nstep = 0.2\n"}) {
+    // With a stated step, the method is implicit: a rejected step costs hundreds of gradients.
+    struct {
+        const char* integrator;
+        double max_gradients;
+    } const cases[] = {{"", 5000}, {"rescale = \"r\"\nstep = 0.2\n", 10000}};
+    for (const auto& [integrator, max_gradients] : cases) {
         SCOPED_TRACE(integrator);
         write("ingoing.toml", scene("-", integrator));
         const Outcome outcome = run("trace ingoing.toml --rays rays.csv");
         EXPECT_NE(outcome.err.find("flip the sign of the null vector"), std::string::npos) << outcome.err;
         const json report = json::parse(run("trace ingoing.toml --rays rays.csv --quiet --json").out);
         EXPECT_EQ(report["status"]["failed"], 1);
-        EXPECT_LE(report["gradients_per_ray"], 5000);
+        EXPECT_LE(report["gradients_per_ray"], max_gradients);
         write("outgoing.toml", scene("+", integrator));
         const Outcome regular = run("trace outgoing.toml --rays rays.csv");
         EXPECT_EQ(regular.err, "");

@@ -24,8 +24,8 @@ public:
         for (const int i : lanes_in(lanes)) short_steps_[i] = 0;
         counted_ &= ~lanes;
     }
-    /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum and the step is much shorter than |q|.
-    /// `state` is the start or the end of the step. Without the second condition, rays would fail that enter the
+    /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum while the step is much shorter than
+    /// |q|. `state` is the start or the end of the step. Without the second condition, rays would fail that enter the
     /// second sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks.
     std::uint64_t with_diverging_momentum(const Step<V>& step, const State<V>& state, double share,
                                           std::uint64_t lanes) const {

@@ -176,8 +176,9 @@ template <class V>
 V step_rounding_bound(const SweptSystem<V>& system, const State<V>& middle, const FlowDerivatives<V>& flow,
                       const V& length, const RoundingCounts& counts, const AdjointRows<V>& rows) {
     PhaseGradient<V> rates;  // dq/dλ and −dp/dλ
-    // Derivatives of the film coordinates with respect to a change of ∂K/∂(q, p) that is equal in all stages, and with
-    // respect to an equal change of the states of all stages, divided by weighted_length.
+    // `seeds`: derivatives of the film coordinates with respect to ∂K/∂(q, p), if it changes equally in all stages.
+    // `by_stages`: those with respect to the states of all stages, if they change equally, without the factor
+    // weighted_length.
     AdjointRows<V> seeds, by_stages;
     const V weighted_length = V(counts.weight) * length;  // Σ|b|·length, with the weights b of the stages
     for (int r = 0; r < 2; ++r) {

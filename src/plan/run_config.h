@@ -12,7 +12,7 @@ namespace kagero {
 struct RunConfig {
     MethodChoice method;
     double step = 0;              ///< In the unit that step_kind() names; the first step of methods with step control.
-    double tolerance = 0;         ///< Local error of methods with step control, relative to 1 + |value|.
+    double tolerance = 0;         ///< Local error of methods with step control; its norm is that of Job::tolerance.
     double solver_tolerance = 0;  ///< Relative solver tolerance; 0: iterate to rounding.
     std::uint32_t max_steps = 0;  ///< Number of steps after which a ray ends as `step_limit`.
     /// Greatest step of methods with step control, divided by the distance from the centre of the space.

@@ -68,14 +68,14 @@ Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, con
     return object_color(objects_[surface], primitive, point, ray_direction, redshift, patch);
 }
 
-Float3 Paints::sky_color(const Double3& direction, bool on_second_sheet, const Footprint& footprint) const {
+Float3 Paints::sky_color(const Double3& direction, bool on_second_sheet, const SkyFilter& filter) const {
     const LoadedSky& sky = on_second_sheet ? far_sky_ : sky_;
-    return kagero::sky_color(sky.paint, sky.axes, direction, footprint);
+    return kagero::sky_color(sky.paint, sky.axes, direction, filter);
 }
 
-int Paints::sky_probes(bool on_second_sheet, const Footprint& footprint) const {
+SkyFilter Paints::sky_filter(bool on_second_sheet, const Footprint& footprint) const {
     const LoadedPaint& paint = (on_second_sheet ? far_sky_ : sky_).paint;
-    return paint.image ? kagero::sky_probes(*paint.image, footprint) : 0;
+    return paint.image ? kagero::sky_filter(*paint.image, footprint) : SkyFilter{footprint, {}};
 }
 
 bool Paints::sky_has_pattern() const {

@@ -24,10 +24,10 @@ public:
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                          const Double3& ray_direction, double redshift = 1, const Patch& patch = {}) const;
     /// Returns the linear colour of the sky in a unit direction. If `on_second_sheet` is true, the sky is that of a
-    /// wormhole's second sheet. Images and checkers are averaged over the footprint.
-    Float3 sky_color(const Double3& direction, bool on_second_sheet = false, const Footprint& footprint = {}) const;
-    /// Returns the number of probes in sky_color for a footprint; 0 if the sky has no image.
-    int sky_probes(bool on_second_sheet, const Footprint& footprint) const;
+    /// wormhole's second sheet. Images and checkers are averaged over the filter's footprint.
+    Float3 sky_color(const Double3& direction, bool on_second_sheet = false, const SkyFilter& filter = {}) const;
+    /// Returns the filter for a footprint on a sky.
+    SkyFilter sky_filter(bool on_second_sheet, const Footprint& footprint) const;
     /// Returns true if a sky has an image or a checker, so that footprints affect its colour.
     bool sky_has_pattern() const;
     /// Returns true if a surface has an image or a checker, so that patches affect its colour.

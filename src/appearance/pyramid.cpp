@@ -81,41 +81,40 @@ Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const st
     return color;
 }
 
-/// A stripe over which an image is averaged by probes along its axis. The constructor increases the width to at least
-/// one texel and at least 1/max_probes of the length.
-struct Stripe {
-    double along, across;  ///< Length and width in texels.
-
-    Stripe(double length, double width) : along(length), across(std::max({width, length / max_probes, 1.0})) {}
-    int probes() const { return std::max(1, static_cast<int>(std::ceil(along / across - 1e-9))); }
-};
-
-/// Returns the stripe for a length and a width in radians. The unit is the shorter side of a texel on the equator.
-/// Texels near the poles are narrower along the rows, but the image resolves no finer detail there.
-Stripe stripe_on_sphere(const Image& image, double along, double across) {
+/// Returns the probes for a stripe on a sphere whose length and width are in radians. A texel counts as wide as the
+/// shorter side of a texel on the equator. Texels near the poles are narrower along the rows, but the image resolves no
+/// finer detail there.
+Probes probes_on_sphere(const Image& image, double length, double width) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
-    return {along / texel, across / texel};
-}
-Stripe stripe_of(const Image& image, const Footprint& footprint) {
-    return stripe_on_sphere(image, length(footprint.major), length(footprint.minor));
+    return {length / texel, width / texel};
 }
 
 /// Returns the mean of the image along a stripe. position(t) returns u and v on the stripe's axis for t from −½ to ½.
 template <class Position>
-Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Stripe& stripe, Edges edges,
+Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
                   const Position& position) {
-    const double level = std::log2(stripe.across);
-    const int probes = stripe.probes();
-    if (probes == 1) return trilinear(image, coarser, position(0), level, edges);
+    if (probes.count == 1) return trilinear(image, coarser, position(0), probes.level, edges);
     Float3 color{};
-    for (int i = 0; i < probes; ++i) {
-        const Float3 probe = trilinear(image, coarser, position((i + 0.5) / probes - 0.5), level, edges);
-        for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k] / static_cast<float>(probes);
+    const double spacing = 1.0 / probes.count;
+    for (int i = 0; i < probes.count; ++i) {
+        const Float3 probe = trilinear(image, coarser, position((i + 0.5) * spacing - 0.5), probes.level, edges);
+        for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k];
     }
+    for (float& channel : color) channel *= static_cast<float>(spacing);
     return color;
 }
 
 }  // namespace
+
+Probes::Probes(double length, double width) {
+    const double step = std::max({width, length / max_probes, 1.0});  // distance of probes, at most
+    if (step > 1) level = std::log2(step);
+    if (length > step) count += static_cast<int>(length / step * (1 - 1e-9));
+}
+
+SkyFilter sky_filter(const Image& image, const Footprint& footprint) {
+    return {footprint, probes_on_sphere(image, length(footprint.major), length(footprint.minor))};
+}
 
 std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
     std::vector<Image> images;
@@ -127,9 +126,23 @@ std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
 }
 
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
-                         const SkyAxes& axes, const Footprint& footprint) {
-    return mean_along(image, coarser, stripe_of(image, footprint), repeat_along_u, [&](double t) {
-        return sky_coordinates(t == 0 ? direction : unit(add(direction, scaled(footprint.major, t))), axes);
+                         const SkyAxes& axes, const SkyFilter& filter) {
+    const auto [u, v] = sky_coordinates(direction, axes);
+    if (filter.probes.count == 1) return trilinear(image, coarser, {u, v}, filter.probes.level, repeat_along_u);
+    // The stripe lies on a great circle. If u and v are linear along it within a quarter of a texel, their derivatives
+    // are used.
+    const Double3& along = filter.footprint.major;
+    const double east = dot(direction, axes.east), zero = dot(direction, axes.zero), square = dot(along, along),
+                 from_axis = std::sqrt(east * east + zero * zero), texel = std::numbers::pi / image.height;
+    if (square < 2 * texel * from_axis) {
+        const double across = 0.5 / (std::numbers::pi * from_axis);
+        const double du = across / from_axis * (east * dot(along, axes.zero) - zero * dot(along, axes.east)),
+                     dv = 2 * across * dot(along, axes.up);
+        return mean_along(image, coarser, filter.probes, repeat_along_u,
+                          [&, u = u, v = v](double t) { return std::array{u + t * du, v + t * dv}; });
+    }
+    return mean_along(image, coarser, filter.probes, repeat_along_u, [&](double t) {
+        return sky_coordinates(unit(add(direction, scaled(along, t))), axes);
     });
 }
 
@@ -141,15 +154,11 @@ Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarse
     const PrincipalAxes axes = principal_axes(
         {{dot(right, e1) * inverse, dot(right, e2) * inverse}, {dot(below, e1) * inverse, dot(below, e2) * inverse}});
     const Double3 major = add(scaled(e1, axes.major[0]), scaled(e2, axes.major[1]));
-    const Stripe stripe = stripe_on_sphere(image, axes.major_length, axes.minor_length);
-    return mean_along(image, coarser, stripe, repeat_along_u, [&](double t) {
+    const Probes probes = probes_on_sphere(image, axes.major_length, axes.minor_length);
+    return mean_along(image, coarser, probes, repeat_along_u, [&](double t) {
         const ChartPoint point = sphere_uv(t == 0 ? outward : add(outward, scaled(major, t)));
         return std::array{point.u, point.v};
     });
-}
-
-int sky_probes(const Image& image, const Footprint& footprint) {
-    return stripe_of(image, footprint).probes();
 }
 
 Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v,

@@ -122,11 +122,11 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     return color;
 }
 
-Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint) {
+Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const SkyFilter& filter) {
     if (!has_pattern(paint)) return plain_color(paint.paint);
-    if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, footprint);
+    if (paint.image) return sky_texture_color(*paint.image, *paint.coarser, direction, axes, filter);
     const ChartPoint point = sky_uv(direction, axes);
-    const UvPatch sides = to_uv(point, {footprint.major, footprint.minor});
+    const UvPatch sides = to_uv(point, {filter.footprint.major, filter.footprint.minor});
     return checker_color(paint.paint, point.u, point.v, sides, repeat_along_u);
 }
 

@@ -38,7 +38,8 @@ bool has_pattern(const LoadedPaint& paint);
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
                     const Double3& ray_direction, double redshift, const Patch& patch);
 
-/// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the footprint.
-Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const Footprint& footprint);
+/// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the filter's
+/// footprint.
+Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const SkyFilter& filter);
 
 }  // namespace kagero

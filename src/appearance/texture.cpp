@@ -184,10 +184,8 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     return color;
 }
 
-PrincipalAxes principal_axes(const UvPatch& patch) {
-    const auto [ax, ay] = patch.a;
-    const auto [bx, by] = patch.b;
-    const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
+PrincipalAxes principal_axes(const Covariance& covariance) {
+    const auto [xx, xy, yy] = covariance;
     // The eigenvalues of the covariance matrix are mean ± difference.
     const double mean = 0.5 * (xx + yy), half = 0.5 * (xx - yy), difference = std::sqrt(half * half + xy * xy);
     const double major = std::sqrt(mean + difference), minor = std::sqrt(std::max(0.0, mean - difference));
@@ -196,6 +194,12 @@ PrincipalAxes principal_axes(const UvPatch& patch) {
     const double cosine = std::sqrt(std::max(0.0, 0.5 * (1 + cos_2phi))),
                  sine = std::copysign(std::sqrt(std::max(0.0, 0.5 * (1 - cos_2phi))), xy);
     return {{major * cosine, major * sine}, {-minor * sine, minor * cosine}, major, minor};
+}
+
+PrincipalAxes principal_axes(const UvPatch& patch) {
+    const auto [ax, ay] = patch.a;
+    const auto [bx, by] = patch.b;
+    return principal_axes(Covariance{ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by});
 }
 
 std::array<double, 2> sky_coordinates(const Double3& direction, const SkyAxes& axes) {

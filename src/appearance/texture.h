@@ -26,11 +26,17 @@ Float3 texture_color(const Image& image, double u, double v, Edges edges);
 /// exact if the patch is a rectangle with sides parallel to u and v, or if it lies in one square.
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch = {}, Edges edges = repeat_both);
 
+/// Symmetric 2 × 2 matrix a aᵀ + b bᵀ of a parallelogram with the sides a and b.
+struct Covariance {
+    double xx = 0, xy = 0, yy = 0;
+};
 /// Principal axes of a parallelogram: the sides of the rectangle that has the same covariance matrix.
 struct PrincipalAxes {
     std::array<double, 2> major, minor;
     double major_length, minor_length;
 };
+/// Returns the principal axes of the parallelograms with a covariance matrix.
+PrincipalAxes principal_axes(const Covariance& covariance);
 /// Returns the principal axes of a patch.
 PrincipalAxes principal_axes(const UvPatch& patch);
 

@@ -12,15 +12,19 @@
 namespace kagero {
 namespace {
 
-/// Returns the footprint over which the sky is averaged for an escaped ray. It is large if no other ray of the block of
-/// 2 × 2 pixels escapes to the same sky, and some are captured or escape to the other sky. Such a ray has passed close
-/// to the photon sphere, where every pixel shows the whole sky many times.
-Footprint filter_of(const SkyView& view, const SkyFootprints& footprints) {
+/// Returns the filter for a ray that is the only one of its block of 2 × 2 pixels to escape to its sky, while others
+/// are captured or escape to the other sky. Such a ray has passed close to the photon sphere, where every pixel shows
+/// the whole sky many times. Its footprint is therefore large.
+[[gnu::noinline]] SkyFilter lone_ray_filter(const Paints& paints, const SkyView& view) {
     constexpr double large = 0.5;  // radian
-    const Footprint& fitted = view.on_second_sheet ? footprints.second_sheet : footprints.first_sheet;
-    if (!footprints.discontinuous || length(fitted.major) > 0) return fitted;
     const auto [e1, e2] = axes_around(view.direction);
-    return {scaled(e1, large), scaled(e2, large)};
+    return paints.sky_filter(view.on_second_sheet, {scaled(e1, large), scaled(e2, large)});
+}
+
+Float3 sky_color(const Paints& paints, const SkyView& view, const SkyFilters& filters) {
+    const SkyFilter& fitted = view.on_second_sheet ? filters.second_sheet : filters.first_sheet;
+    const bool is_lone = filters.discontinuous && !(length(fitted.footprint.major) > 0);
+    return paints.sky_color(view.direction, view.on_second_sheet, is_lone ? lone_ray_filter(paints, view) : fitted);
 }
 
 double redshift_of(const Plan& plan, const PixelSample& ray) {
@@ -29,7 +33,7 @@ double redshift_of(const Plan& plan, const PixelSample& ray) {
 
 /// Returns the colour of a ray. Captured rays are black, because no light arrives along them. Failed and unfinished
 /// rays are black too; the layer `status` distinguishes them.
-Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
+Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFilters& filters) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
@@ -37,8 +41,7 @@ Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& f
             return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
                                                 redshift_of(plan, ray), ray.patch);
         case Status::escaped:
-            return plan.scene->paints->sky_color(ray.sky.direction, ray.sky.on_second_sheet,
-                                                 filter_of(ray.sky, footprints));
+            return sky_color(*plan.scene->paints, ray.sky, filters);
         default:
             return {0, 0, 0};
     }
@@ -62,13 +65,13 @@ float mean(std::span<const PixelSample> rays, const Quantity& quantity) {
 
 void write_color(const Pixel& pixel, float* color) {
     if (pixel.rays.size() == 1) {
-        const Float3 c = color_of(pixel.plan, pixel.rays.front(), pixel.footprints);
+        const Float3 c = color_of(pixel.plan, pixel.rays.front(), pixel.filters);
         std::copy(c.begin(), c.end(), color);
         return;
     }
     double sum[3] = {0, 0, 0};
     for (const PixelSample& ray : pixel.rays) {
-        const Float3 c = color_of(pixel.plan, ray, pixel.footprints);
+        const Float3 c = color_of(pixel.plan, ray, pixel.filters);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
     for (int k = 0; k < 3; ++k) color[k] = float(sum[k] / double(pixel.rays.size()));
@@ -79,7 +82,8 @@ void write_color(const Pixel& pixel, float* color) {
 Footprint sky_footprint(const Pixel& pixel) {
     const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
-    const Footprint& f = ray.sky.on_second_sheet ? pixel.footprints.second_sheet : pixel.footprints.first_sheet;
+    const Footprint& f = ray.sky.on_second_sheet ? pixel.filters.second_sheet.footprint
+                                                        : pixel.filters.first_sheet.footprint;
     const double enlargement = std::sqrt(double(pixel.rays.size()));  // `footprints` are those of one ray
     return {scaled(f.major, enlargement), scaled(f.minor, enlargement)};
 }
@@ -177,11 +181,9 @@ unsigned needs_of(const Film& film) {
     return needs;
 }
 
-int probes_of(const Plan& plan, const PixelSample& ray, const SkyFootprints& footprints) {
-    return ray.end->status == Status::escaped
-               ? plan.scene->paints->sky_probes(ray.sky.on_second_sheet, filter_of(ray.sky, footprints))
-               : 0;
-}
+SkyFilters::SkyFilters(const Paints& paints, const SkyFootprints& footprints)
+    : first_sheet(paints.sky_filter(false, footprints.first_sheet)),
+      second_sheet(paints.sky_filter(true, footprints.second_sheet)), discontinuous(footprints.discontinuous) {}
 
 Shader::Shader(Film& film) : width_(film.width()) {
     for (const LayerInfo* layer : film.layers())

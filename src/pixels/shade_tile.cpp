@@ -29,20 +29,29 @@ struct TracedTile {
     const RayEnd* ends;
     const RayList& list;
     const std::vector<EndError>& errors;
+    double throat_radius;  ///< Space::throat_radius.
 };
 
 /// Fills `rays` with the rays of consecutive pixels in a row, from pixel (x, y). Patches are not set, nor are the sky
 /// views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
-    const auto& [plan, tile, ends, list, errors] = traced;
+    const auto& [plan, tile, ends, list, errors, throat_radius] = traced;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
         PixelSample& ray = rays[k];
         const std::size_t i = first + k;
         ray.end = ends + i;
-        if (ray.end->status == Status::escaped) ray.sky = sky_view(plan.scene->space, *ray.end);
+        if (ray.end->status == Status::escaped) {
+            const RayEnd& end = *ray.end;
+            if (throat_radius > 0)
+                ray.sky = sky_view(throat_radius, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
+            else {
+                ray.sky.on_second_sheet = false;
+                for (std::size_t axis = 0; axis < 3; ++axis) ray.sky.direction[axis] = end.v[axis];
+            }
+        }
         if (!errors.empty()) ray.error = &errors[i];
         if (required.starts) {
             const bool listed = !list.starts.empty();
@@ -82,10 +91,10 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
     KAGERO_ASSERT(list.starts.empty() || list.frequencies.size() == list.starts.size());
     const RequiredData required(plan, film);
     const Shader shader(film);
-    const TracedTile traced{plan, tile, ends, list, errors};
+    const TracedTile traced{plan, tile, ends, list, errors, plan.scene->space.throat_radius()};
     const std::uint32_t spp = plan.description().film.spp;
     PixelBlock block;
-    SkyFootprints footprints;
+    SkyFilters filters;
     block.starts.reserve(4 * std::size_t(spp));
     for (std::uint32_t block_y = tile.y0 & ~1u; block_y < tile.y1; block_y += 2)
         for (std::uint32_t block_x = tile.x0 & ~1u; block_x < tile.x1; block_x += 2) {
@@ -102,10 +111,10 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             const bool needs_patches = required.patches && !find_common_patch(*plan.scene->geometry, block, spp);
             if (needs_patches || required.footprints) list_film_positions(plan.description().film, pixels, block);
             if (needs_patches) find_patches(*plan.scene->geometry, block, spp);
-            if (required.footprints) footprints = footprints_of(block, spp);
+            if (required.footprints) filters = {*plan.scene->paints, footprints_of(block, spp)};
             for (std::uint32_t y = shaded.y0; y < shaded.y1; ++y)
                 for (std::uint32_t x = shaded.x0; x < shaded.x1; ++x)
-                    shader.shade({plan, {rays_from(x, y), spp}, footprints, x, y}, x - shown.x0, y - shown.y0);
+                    shader.shade({plan, {rays_from(x, y), spp}, filters, x, y}, x - shown.x0, y - shown.y0);
         }
 }
 

@@ -119,7 +119,11 @@ private:
         }
         const SkyFootprints footprints = footprints_of(block, plan_.description().film.spp);
         int probes = 0;
-        for (const PixelSample& ray : block.rays) probes += probes_of(plan_, ray, footprints);
+        for (const PixelSample& ray : block.rays) {
+            if (ray.end->status != Status::escaped) continue;
+            const Footprint& footprint = ray.sky.on_second_sheet ? footprints.second_sheet : footprints.first_sheet;
+            probes += plan_.scene->paints->sky_filter(ray.sky.on_second_sheet, footprint).probes.count;
+        }
         const double lanes_per_register = double(plan_.run.kernel->lanes) / plan_.run.kernel->registers;
         return lanes_per_register * vector_operations_per_probe * probes;
     }

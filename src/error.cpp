@@ -44,7 +44,8 @@ std::string near_match(const std::string& word, const std::vector<std::string>& 
     // A single letter has distance 1 from every other letter, so it has no near match.
     std::size_t upper_bound = word.size() < 2 ? 1 : std::max<std::size_t>(1, word.size() / 3) + 1;
     for (const std::string& name : known) {
-        const std::size_t distance = edit_distance(word, name);
+        std::size_t distance = edit_distance(word, name);
+        if (word.size() > 1 && distance > 0 && name.starts_with(word)) --distance;  // ends are most often left out
         if (distance < upper_bound) {
             upper_bound = distance;
             nearest = name;

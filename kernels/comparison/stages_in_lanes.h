@@ -223,7 +223,7 @@ private:
         if (integrates_carried(system, step)) {
             State<L> y;
             stage_states(step, g, columns, s, y);
-            auto carried = CarriedSums<S, N>::for_stages();
+            CarriedSums<S, N> carried;
             carried.add_lanes(system, numbers.b, s, y);
             carried.finish_stages(system, step);
         }

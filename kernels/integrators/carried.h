@@ -15,11 +15,21 @@ KAGERO_INLINE bool integrates_carried(const System& system, const StepperState<V
     return (N > 1 || system.rescaled) && step.options.compute_carried;
 }
 
+/// Adds `increment` to carried quantity k of the start of the step, and stores the sum at the end. The rounding error
+/// of the sum is kept and added in the next step (compensated summation, Kahan 1965).
+template <class V, int N>
+KAGERO_INLINE void advance_carried(StepperState<V, N>& step, int k, const V& increment) {
+    const V start = step.start.carried(k), corrected = increment + step.start.carried_rounding[k],
+            sum = start + corrected;
+    step.end.carried(k) = sum;
+    step.end.carried_rounding[k] = corrected - (sum - start);
+}
+
 /// Advances λ by h for a step that integrates no rates. Further carried quantities keep their values.
 template <class V, int N>
 KAGERO_INLINE void advance_parameter_only(StepperState<V, N>& step) {
-    step.end.parameter = step.start.parameter + step.h;
-    for (int k = 1; k < N; ++k) step.end.carried(k) = step.start.carried(k);
+    advance_carried(step, 0, step.h);
+    for (int k = 1; k < N; ++k) advance_carried(step, k, V(ScalarOf<V>(0)));
 }
 
 /// Weighted sums of the rates over the nodes of one step, one sum per carried quantity.
@@ -28,22 +38,12 @@ class CarriedSums {
     using S = ScalarOf<V>;
 
 public:
-    /// Returns sums for a method that consists of substeps. The weight of a node is the length of its substep. The
-    /// initial values of the sums are the quantities at the start of the step.
-    KAGERO_INLINE static CarriedSums for_substeps(const StepperState<V, N>& step) {
-        CarriedSums sums;
-        for (int k = 0; k < N; ++k) sums.sum_[k] = step.start.carried(k);
-        return sums;
-    }
-    /// Returns sums for a method that has stages. The weight of a node is the coefficient b of its stage. The initial
-    /// values of the sums are 0.
-    KAGERO_INLINE static CarriedSums for_stages() {
-        CarriedSums sums;
-        for (V& sum : sums.sum_) sum = V(S(0));
-        return sums;
+    KAGERO_INLINE CarriedSums() {
+        for (V& sum : sum_) sum = V(S(0));
     }
 
-    /// Adds the rates at one node of the method with the given weight.
+    /// Adds the rates at one node of the method with the given weight: the length of the substep, for a method that
+    /// consists of substeps, or the coefficient b of the stage.
     template <class System>
     KAGERO_INLINE void add(const System& system, const V& weight, const State<V>& node) {
         V rates[N];
@@ -59,21 +59,24 @@ public:
             for (int i = 0; i < stages; ++i) sum_[k] = fma(weights[i], get_lane(rates[k], i), sum_[k]);
     }
 
-    /// Writes the carried quantities at the end of the step, for sums that were created by `for_substeps`.
+    /// Writes the carried quantities at the end of a step that consists of substeps.
     template <class System>
     KAGERO_INLINE void finish_substeps(const System& system, StepperState<V, N>& step) const {
-        step.end.parameter = system.rescaled ? sum_[0] : step.start.parameter + step.h;
-        for (int k = 1; k < N; ++k) step.end.carried(k) = sum_[k];
+        finish(system, step, V(S(1)));
     }
-    /// Writes the carried quantities at the end of the step, for sums that were created by `for_stages`.
+    /// Writes the carried quantities at the end of a step that has stages.
     template <class System>
     KAGERO_INLINE void finish_stages(const System& system, StepperState<V, N>& step) const {
-        step.end.parameter =
-            system.rescaled ? fma(step.h, sum_[0], step.start.parameter) : step.start.parameter + step.h;
-        for (int k = 1; k < N; ++k) step.end.carried(k) = fma(step.h, sum_[k], step.start.carried(k));
+        finish(system, step, step.h);
     }
 
 private:
+    /// Advances the carried quantities by the sums times `factor`. Without time rescaling, λ advances by h.
+    template <class System>
+    KAGERO_INLINE void finish(const System& system, StepperState<V, N>& step, const V& factor) const {
+        advance_carried(step, 0, system.rescaled ? factor * sum_[0] : step.h);
+        for (int k = 1; k < N; ++k) advance_carried(step, k, factor * sum_[k]);
+    }
     template <class System, class L>
     KAGERO_INLINE static void rates_at(const System& system, const State<L>& node, L (&rates)[N]) {
         rates[0] = system.time_rescaling_factor(node);

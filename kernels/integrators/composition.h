@@ -46,7 +46,7 @@ struct Composition {
         using S = ScalarOf<V>;
         Vec3<V> q = step.start.q(), p = step.start.p();
         Vec3<V> force = step.stage_vector(0), velocity = step.stage_vector(1);
-        auto carried = CarriedSums<V, N>::for_substeps(step);
+        CarriedSums<V, N> carried;
         step.solved = all_lanes<V>();
         for (std::size_t i = 0; i < coefficients.fractions.size(); ++i) {
             const V tau = step.h * V(S(coefficients.fractions[i]));

@@ -185,7 +185,7 @@ private:
         finish_state(step, g, w, s);
         advance_parameter_only(step);
         if (integrates_carried(system, step)) {
-            auto carried = CarriedSums<V, N>::for_stages();
+            CarriedSums<V, N> carried;
             for (int i = 0; i < s; ++i) {
                 State<V> y;
                 write_state(step, g, w.a[i], s, y);

@@ -39,7 +39,7 @@ struct RungeKutta {
         const ButcherTable& table = *coefficients.table;
         using S = ScalarOf<V>;
         PhaseGradient<V> g[max_rk_stages];
-        auto carried = CarriedSums<V, N>::for_stages();
+        CarriedSums<V, N> carried;
         for (int i = 0; i < table.stages; ++i) {
             State<V> y;
             if (i == 0) y = step.start;

@@ -48,7 +48,7 @@ private:
                                                const Coefficients& coefficients) {
         using S = ScalarOf<V>;
         Vec3<V> q = step.start.q(), p = step.start.p();
-        auto carried = CarriedSums<V, N>::for_substeps(step);
+        CarriedSums<V, N> carried;
         bool kick = coefficients.kick_first;
         for (const double fraction : coefficients.fractions) {
             const V t = step.h * V(S(fraction));

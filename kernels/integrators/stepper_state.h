@@ -25,6 +25,7 @@ struct RayState : State<V> {
     Vec3<V> velocity;                                        ///< dq/dτ
     V parameter;                                             ///< λ, the first carried quantity
     [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< carried quantities besides λ
+    V carried_rounding[N];                                   ///< rounding errors of the carried quantities
     V squared_energy_terms;                                  ///< EventFunctions::squared_energy_terms
     V domain;                                                ///< ≤ 0 where the ray has left the medium
     V captured;                                              ///< ≤ 0 where the ray is captured
@@ -60,7 +61,10 @@ struct RayState : State<V> {
         function(a.velocity.x, b.velocity.x);
         function(a.velocity.y, b.velocity.y);
         function(a.velocity.z, b.velocity.z);
-        for (int k = 0; k < N; ++k) function(a.carried(k), b.carried(k));
+        for (int k = 0; k < N; ++k) {
+            function(a.carried(k), b.carried(k));
+            function(a.carried_rounding[k], b.carried_rounding[k]);
+        }
     }
 };
 

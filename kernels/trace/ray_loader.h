@@ -103,6 +103,7 @@ private:
                                           : lanes_of<V>(starts.y[k]);
         state.start.pt() = lanes_of<V>(starts.y[component_pt]);
         state.start.parameter = state.end.parameter = state.gradients = state.energy_error = state.energy = zero;
+        for (V* rounding : {state.start.carried_rounding, state.end.carried_rounding}) rounding[0] = zero;
     }
 
     /// True if the event ends rays that start beyond it.

@@ -37,20 +37,25 @@ std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, st
     return pixels;
 }
 
-SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
-    const FilmDescription& film = plan.description().film;
+SampleRays sample_rays(const Plan& plan, std::vector<std::array<double, 2>> pixels) {
     SampleRays sample;
-    sample.width = std::min(width, film.width);
-    sample.height = std::min(height, film.height);
     sample.pixel_angle = pixel_size(plan.description(), 1);
     sample.neighbour_angle = neighbour_offset_angle;
-    sample.pixels = sample_pixels(film, width, height);
+    sample.pixels = std::move(pixels);
     const double offset = neighbour_offset_angle / sample.pixel_angle;
     for (const auto& [x, y] : sample.pixels) {
         sample.starts.push_back(camera_ray_start(plan, x, y));
         sample.right.push_back(camera_ray_start(plan, x + offset, y));
         sample.below.push_back(camera_ray_start(plan, x, y + offset));
     }
+    return sample;
+}
+
+SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height) {
+    const FilmDescription& film = plan.description().film;
+    SampleRays sample = sample_rays(plan, sample_pixels(film, width, height));
+    sample.width = std::min(width, film.width);
+    sample.height = std::min(height, film.height);
     return sample;
 }
 

@@ -7,7 +7,7 @@ namespace kagero {
 
 /// Sampled camera rays and their neighbours.
 struct SampleRays {
-    std::uint32_t width = 0, height = 0;  ///< Size of the grid, at most the size of the film.
+    std::uint32_t width = 0, height = 0;  ///< Size of the grid, at most the size of the film; 0 without a grid.
     std::vector<RayStart> starts;
     std::vector<std::array<double, 2>> pixels;  ///< Point (x, y) of each ray on the film, in pixels.
     /// Two neighbours of each ray, turned by `neighbour_angle` to the right and downward. The conditioning of the ray
@@ -21,6 +21,9 @@ struct SampleRays {
 /// are close in the picture.
 std::vector<std::array<double, 2>> sample_pixels(const FilmDescription& film, std::uint32_t width,
                                                  std::uint32_t height);
+
+/// Returns the camera rays through points of the film, and their neighbours.
+SampleRays sample_rays(const Plan& plan, std::vector<std::array<double, 2>> pixels);
 
 /// Returns the camera rays, and their neighbours, of a grid of at most width × height pixels that covers the film.
 SampleRays sample_rays(const Plan& plan, std::uint32_t width, std::uint32_t height);

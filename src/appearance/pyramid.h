@@ -35,9 +35,9 @@ struct SkyFilter {
 SkyFilter sky_filter(const Image& image, const Footprint& footprint);
 
 /// Returns the image's mean colour over a footprint around a direction: the mean of the probes along the footprint's
-/// long axis. A probe interpolates trilinearly between the two copies whose texels are closest in size to the short axis
-/// (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a texel, the result is the bilinear interpolation of
-/// the image.
+/// long axis. A probe interpolates trilinearly between the two copies whose texels are closest in size to the short
+/// axis (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a texel, the result is the bilinear
+/// interpolation of the image.
 Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const SkyFilter& filter);
 

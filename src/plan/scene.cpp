@@ -186,11 +186,15 @@ const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescal
 }
 
 std::string why_failed(const Scene& scene, Precision precision, Failure failure) {
+    const auto& formula = scene.description.space.formula;
+    const bool is_spacetime = formula ? formula->parsed.pt != 0 : scene.space.info().spacetime;
+    if (failure == Failure::momentum_diverges && !is_spacetime)
+        return "the momentum grows without bound, as where the speed of the rays falls to zero; end the rays before, "
+               "by space.domain, space.capture or a smaller integrator.escape_radius";
     std::string reason = describe(failure);
     if (failure != Failure::not_finite) return reason;
     if (precision == Precision::float32) reason += "; --precision double has a larger range";
     if (states_rescaling(scene)) reason += "; or integrator.rescale is not greater than 0 at a point of the path";
-    const auto& formula = scene.description.space.formula;
     if (formula && (formula->parsed.domain >= 0 || formula->parsed.capture >= 0))
         reason += "; or space.domain or space.capture is NaN there";
     if (formula && formula->parsed.length_scale >= 0) reason += "; or space.length_scale is not greater than 0 there";

@@ -4,6 +4,7 @@
 #include "render/operation_count.h"
 #include "render/trace.h"
 #include "tuning/precision.h"
+#include "tuning/shadow_edge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +18,8 @@ constexpr std::uint32_t search_grid = 16;
 /// Greatest 99th percentile of the trial's errors, as a share of the bound. The percentile of 256 rays differs from
 /// that of all rays of a picture by less than a factor of two.
 constexpr double safe_share = 0.5;
+/// Greatest error of a single trial ray, as a multiple of the greatest 99th percentile.
+constexpr double outlier_ratio = 10;
 /// Greatest share of trial rays that may end differently from the reference, or have no confirmed reference.
 constexpr double max_wrong_share = 0.01;
 /// Greatest number of operations of the search: a share of those of the picture, and a number of operations that takes
@@ -138,6 +141,7 @@ bool MethodSearch::trace_reference() {
         }
         reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
                                                   trace_rays(plan, sample_.below));
+        trace_shadow_edge(plan);
         const bool is_independent =
             !plan_.description().space.formula && pair.method != std::string(plan_.method().name);
         return (is_independent && confirm_reference(default_ends_, pair.method, plan_.method().name)) ||
@@ -145,6 +149,18 @@ bool MethodSearch::trace_reference() {
     }
     failure_reason = "this space does not support two methods that could confirm each other";
     return false;
+}
+
+/// Finds rays at the edge of a shadow and traces their reference ends.
+void MethodSearch::trace_shadow_edge(const Plan& reference_plan) {
+    const auto trace_with_default = [&](const std::vector<RayStart>& starts) { return trace_rays(plan_, starts); };
+    edge_sample_ = sample_rays(plan_, points_at_shadow_edge(plan_, sample_, default_ends_, trace_with_default));
+    edge_reference_.ends = trace_rays(reference_plan, edge_sample_.starts);
+    edge_reference_.conditioning =
+        conditioning_of(plan_, edge_sample_, edge_reference_.ends, trace_rays(reference_plan, edge_sample_.right),
+                        trace_rays(reference_plan, edge_sample_.below));
+    edge_reference_.confirmed.clear();
+    for (const RayEnd& end : edge_reference_.ends) edge_reference_.confirmed.push_back(has_visible_end(end));
 }
 
 /// Traces the trial's rays with a variant. Returns nothing if the budget does not suffice.
@@ -156,9 +172,13 @@ std::optional<MeasuredMethod> MethodSearch::measure(Variant variant) {
     const std::vector<RayEnd> ends = trace_rays(plan, sample_.starts, &measured.operations);
     measured.errors = compare_rays(plan_, reference_, ends);
     const RayErrors& errors = measured.errors;
+    const double greatest_p99 = safe_share * bound_, greatest = outlier_ratio * greatest_p99;
     const bool is_comparable = errors.compared + errors.compared_ill_conditioned > 0;
     measured.is_within = double(errors.flips) <= max_wrong_share * double(rays) &&
-                         (!is_comparable || errors.pixels.p99 <= safe_share * bound_);
+                         (!is_comparable || (errors.pixels.p99 <= greatest_p99 && errors.pixels.max <= greatest));
+    if (measured.is_within && !edge_sample_.starts.empty())
+        measured.is_within =
+            !(compare_rays(plan_, edge_reference_, trace_rays(plan, edge_sample_.starts)).pixels.max > greatest);
     if (progress_) progress_(std::min(1.0, spent_ / budget_), seconds());
     return measured;
 }

@@ -17,8 +17,9 @@ struct MeasuredMethod {
 };
 
 /// A search. The trial's rays are a sparse grid of the film's rays. Two methods, which must agree, give their reference
-/// ends. Each candidate is then traced with several steps. The search does at most a third of the operations of the
-/// picture, or as many as take some hundredths of a second, and ends at the time limit.
+/// ends. Each candidate is then traced with several steps. It must also keep the errors of rays at the edge of a shadow
+/// small, which are few but magnify errors most. The search does at most a third of the operations of the picture, or as
+/// many as take some hundredths of a second, and ends at the time limit.
 class MethodSearch {
 public:
     MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)
@@ -38,6 +39,7 @@ private:
     bool confirm_reference(const std::vector<RayEnd>& confirming, const char* method, const char* confirming_method);
     bool has_float() const;
     void try_method(const char* name);
+    void trace_shadow_edge(const Plan& reference_plan);
     std::optional<MeasuredMethod> measure(Variant variant);
     std::vector<RayEnd> trace_rays(const Plan& plan, const std::vector<RayStart>& starts, double* operations = nullptr);
     double cost(const MeasuredMethod& measured) const;
@@ -54,6 +56,9 @@ private:
     SampleRays sample_;
     ReferenceRays reference_;
     std::vector<RayEnd> default_ends_;  ///< Ends by the plan's method.
+    /// Strongly magnified rays at the edge of a shadow, and their reference ends.
+    SampleRays edge_sample_;
+    ReferenceRays edge_reference_;
 };
 
 }  // namespace kagero

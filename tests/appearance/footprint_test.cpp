@@ -148,8 +148,8 @@ TEST(FitFootprint, FindsTheSingularValuesOfALinearMap) {
     EXPECT_EQ(length(fit_footprint({{1, 0, 0}}, {{0.5, 0.5}}).major), 0);
 }
 
-// A block of four escaped rays has the footprint that fit_footprint finds for the same directions, which are not a linear
-// function of the film position here.
+// A block of four escaped rays has the footprint that fit_footprint finds for the same directions, which are not a
+// linear function of the film position here.
 TEST(FootprintsOf, AreThoseOfFitFootprintForFourRays) {
     std::mt19937 random(11);
     std::normal_distribution<double> normal;

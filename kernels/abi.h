@@ -12,7 +12,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 28;
+inline constexpr std::uint32_t abi_version = 29;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -108,6 +108,7 @@ struct Geometry {
     double scale;
     const Surface* surfaces;
     std::uint32_t surface_count;
+    bool has_spheres;
     const ClearanceGrid* clearance;  ///< Null: every segment is queried.
 };
 

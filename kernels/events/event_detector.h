@@ -43,6 +43,10 @@ public:
     void ignore_surface_at_start(std::uint64_t lanes) {
         if (scene_) scene_->ignore_surface_at_start(lanes);
     }
+    /// Ignores the given surfaces, if they are spheres, in the next query of `lanes`, whose rays have passed them closely.
+    void ignore_spheres(std::uint64_t lanes, const std::uint32_t (&surfaces)[lane_count<V>]) {
+        if (scene_) scene_->ignore_spheres(lanes, surfaces);
+    }
     /// Records which rays of `lanes` move away from the origin at `start`, where their next step begins.
     void start_steps(const RayState<V>& start, std::uint64_t lanes) {
         const std::uint64_t outward = to_bits(dot(start.q(), start.velocity) > V(S(0)));

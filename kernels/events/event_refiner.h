@@ -5,7 +5,7 @@
 /// method (`Task::correction_step`). Errors of position and direction at the event are of the order of the method.
 #pragma once
 
-#include "kernels/events/deferred_events.h"
+#include "kernels/events/hit_confirmation.h"
 
 #include <type_traits>
 
@@ -20,6 +20,7 @@ public:
     DeferredEvents<V, Events> deferred;  ///< After `refine`, deferred.step.end is the state at the event.
     Step<V> whole_step;                  ///< After `refine`, the steps on which the events were detected.
     std::uint64_t failed = 0;            ///< Lanes whose refinement failed. Shorter steps may allow refinement.
+    std::uint64_t missed = 0;            ///< Lanes whose ray passes the surface that its chord has hit, and continues.
     std::uint64_t unrefined = 0;         ///< Lanes whose hit has an approximate position on the chord or dense output.
 
     explicit EventRefiner(const Task<V>& task) : task_(task) {}
@@ -32,27 +33,15 @@ public:
         const V full_length = select(mask, d.step.h, V(S(0)));
         d.step.h = full_length;
         whole_step = d.step;
-        failed = unrefined = lost_energy_ = 0;
+        failed = unrefined = missed = lost_energy_ = 0;
         if (on_chord()) return interpolate(mask);
         if (!task_.method_curve) d.curve = Curve<V>::hermite(d.step);
-        const Vec3<V> start = d.curve.at(d.lo), chord = d.curve.at(d.hi) - start,
-                      chord_point = advance(start, (d.event_fraction - d.lo) / (d.hi - d.lo), chord);
-        const V estimate = d.event_fraction;
-        const std::uint64_t value_bits = lanes_with_event_value(), hits = d.lanes_of.template of<SurfaceHit>();
-        const MaskOf<V> with_value = from_bits<V>(value_bits), with_level_set = mask & !with_value;
-        decreasing_ = d.level_set.slope(chord_point, chord) < V(S(0));
-        const MaskOf<V> spheres = with_level_set & (abs(d.level_set.a) > V(S(0)));
-        d.event_fraction = project_to_curve(estimate, spheres, chord_point, chord);
-        const std::uint64_t not_on_curve = refine_on_curve(with_level_set);
-        if (value_bits) refine_by_value(with_value, full_length);
-        refine_by_level_set(mask, with_value, not_on_curve, full_length);
-        keep_grazing_hits(failed & hits & ~lost_energy_, estimate, chord_point, chord);
-        // An escape that was not found on the dense output is accepted if it lies on the escape sphere.
-        const V distance = abs(d.level_set.value(d.step.end.q()));
-        const MaskOf<V> on_sphere = distance <= V(sphere_tolerance) * sqrt(d.level_set.radius2);
-        failed |= not_on_curve & ~hits & ~to_bits(on_sphere);
-        unrefined |= not_on_curve & hits;
-        fail_inward_escapes();
+        const std::uint64_t hits = d.lanes_of.template of<SurfaceHit>();
+        StepEnd<V> missed_ends = d.step;
+        if (hits && d.level_set.curved) missed_ends = follow_grazing_rays(hits, full_length);
+        refine_lanes(from_bits<V>(d.lanes & ~missed), full_length, hits & ~missed);
+        static_cast<StepEnd<V>&>(d.step).copy_lanes(missed_ends, from_bits<V>(missed));
+        if (hits & ~(failed | unrefined | missed)) confirm_hits(hits & ~(failed | unrefined | missed));
     }
 
     /// Returns, for each event, the lanes that have crossed this event before their refined event. The position of an
@@ -87,6 +76,66 @@ public:
     }
 
 private:
+    /// Moves the rays of `mask` to their events; `hits` are the lanes with a SurfaceHit.
+    void refine_lanes(const MaskOf<V>& mask, const V& full_length, std::uint64_t hits) {
+        DeferredEvents<V, Events>& d = deferred;
+        const Vec3<V> start = d.curve.at(d.lo), chord = d.curve.at(d.hi) - start,
+                      chord_point = advance(start, (d.event_fraction - d.lo) / (d.hi - d.lo), chord);
+        const V estimate = d.event_fraction;
+        const std::uint64_t value_bits = lanes_with_event_value();
+        const MaskOf<V> with_value = from_bits<V>(value_bits), with_level_set = mask & !with_value;
+        decreasing_ = d.level_set.slope(chord_point, chord) < V(S(0));
+        const MaskOf<V> spheres = with_level_set & (abs(d.level_set.a) > V(S(0)));
+        d.event_fraction = project_to_curve(estimate, spheres, chord_point, chord);
+        const std::uint64_t not_on_curve = refine_on_curve(with_level_set);
+        if (value_bits) refine_by_value(with_value, full_length);
+        refine_by_level_set(mask, with_value, not_on_curve, full_length);
+        keep_grazing_hits(failed & hits & ~lost_energy_, estimate, chord_point, chord);
+        // An escape that was not found on the dense output is accepted if it lies on the escape sphere.
+        const V distance = abs(d.level_set.value(d.step.end.q()));
+        const MaskOf<V> on_sphere = distance <= V(sphere_tolerance) * sqrt(d.level_set.radius2);
+        failed |= not_on_curve & ~hits & ~to_bits(on_sphere);
+        unrefined |= not_on_curve & hits;
+        fail_inward_escapes();
+    }
+
+    /// Follows rays that pass close to a sphere to the point nearest to its centre. Rays that stay outside are added to
+    /// `missed`; their step ends there. For the others, that point bounds the position of the hit.
+    StepEnd<V> follow_grazing_rays(std::uint64_t hits, const V& full_length) {
+        DeferredEvents<V, Events>& d = deferred;
+        const HitConfirmation<V> confirmation(task_);
+        const MaskOf<V> spheres = from_bits<V>(hits) & (abs(d.level_set.a) > V(S(0)));
+        V closest;
+        const MaskOf<V> grazing =
+            confirmation.grazing(d.curve, d.level_set, d.lo, d.hi, d.event_fraction, spheres, closest);
+        if (!any(grazing)) return d.step;
+        confirmation.move_to_closest(d.step, d.level_set, grazing, full_length, closest);
+        const StepEnd<V> ends = d.step;
+        const Vec3<V> q = ends.end.q();
+        missed = to_bits(grazing & (d.level_set.value(q) > -confirmation.height_rounding(d.level_set, q)));
+        const V before = d.level_set.intersect_line(q, ends.end.velocity, all_lanes<V>()).line_parameter / full_length;
+        d.step.copy_lanes(whole_step, grazing);
+        d.hi = select(grazing, closest, d.hi);
+        d.event_fraction = select(grazing, max(closest + before, d.lo), d.event_fraction);
+        return ends;
+    }
+    /// Confirms the hits of triangles in `hits`. A ray that passes its triangle on the outside hits another triangle
+    /// nearby, or it has missed.
+    void confirm_hits(std::uint64_t hits) {
+        DeferredEvents<V, Events>& d = deferred;
+        const HitConfirmation<V> confirmation(task_);
+        const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
+        const std::uint64_t outside = hits & ~confirmation.confirmed(d.surface, d.primitive, hits, q, v);
+        if (!outside) return;
+        const std::uint64_t found = confirmation.find_nearby(outside, q, v, d.surface, d.primitive);
+        missed |= outside & ~found;
+        if (!found) return;
+        const LevelSet<V> planes = level_sets_of<V>(task_.job.geometry->surfaces, d.surface, d.primitive, found);
+        d.level_set.assign_lanes(from_bits<V>(found), planes);
+        StepEnd<V> moved = d.step;
+        extrapolate(moved, -planes.value(q) / planes.slope(q, v), from_bits<V>(found));
+        static_cast<StepEnd<V>&>(d.step).copy_lanes(moved, from_bits<V>(found));
+    }
     bool on_chord() const { return task_.job.hit == HitModel::chord; }
     /// Returns the lanes whose event is a zero of Event::value.
     std::uint64_t lanes_with_event_value() const {

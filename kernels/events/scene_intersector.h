@@ -9,7 +9,7 @@
 #include "kernels/intersection/clearance.h"
 #include "kernels/intersection/segment_query.h"
 #include "kernels/intersection/stopwatch.h"
-#include "kernels/intersection/surface.h"
+#include "kernels/intersection/triangle.h"
 #include "kernels/methods/task.h"
 
 #include <algorithm>
@@ -59,6 +59,12 @@ public:
         if (!starts_off_surfaces_) may_start_on_surface_ |= lanes;
     }
 
+    /// Ignores spheres that the next query of `lanes` passes without meeting them.
+    void ignore_spheres(std::uint64_t lanes, const std::uint32_t (&surfaces)[W]) {
+        for (const int i : lanes_in(lanes)) ignored_[i] = surfaces[i];
+        has_ignored_ |= lanes;
+    }
+
     /// Intersects the step of `lanes` and returns the lanes that hit a surface. A step that is too curved for
     /// `max_pieces` chords is not tested, and its lane is removed from `lanes`.
     std::uint64_t intersect(const StepperState<V>& step, std::uint64_t& lanes) {
@@ -71,7 +77,7 @@ public:
     /// Intersects straight segments of any length with one query. Returns the lanes that hit a surface.
     std::uint64_t intersect_straight(const Vec3<V>& start, const Vec3<V>& end, std::uint64_t lanes) {
         const Stopwatch watch(task_.job.timed, ticks);
-        return query_piece(start, end, V(S(0)), V(S(1)), lanes);
+        return query_piece<true>(start, end, V(S(0)), V(S(1)), lanes);
     }
 
     /// Returns the surfaces that `lanes` have hit.
@@ -132,7 +138,9 @@ private:
     }
 
     /// Queries the segments a → b, which are the chords of the pieces [s0, s1] of the steps in lanes `open`. Sets
-    /// `hits` in the lanes that hit a surface and returns these lanes.
+    /// `hits` in the lanes that hit a surface and returns these lanes. If the rays are straight (`exact`), each hit is
+    /// confirmed in the packet's precision.
+    template <bool exact = false>
     std::uint64_t query_piece(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t open) {
         const std::uint64_t may_start_on_surface = open & may_start_on_surface_,
                             near_start = may_start_on_surface | (open & departing_);
@@ -159,6 +167,18 @@ private:
         to_embree(query_start.z, b.z, 2);
         std::fill_n(segments.near, W, 0.0f);
         std::fill_n(segments.t, W, 0.0f);
+        if (geometry_.has_spheres) {
+            const Vec3<V> whole = b - query_start;
+            to_doubles(query_start.x, segments.exact_org[0]);
+            to_doubles(query_start.y, segments.exact_org[1]);
+            to_doubles(query_start.z, segments.exact_org[2]);
+            to_doubles(whole.x, segments.exact_dir[0]);
+            to_doubles(whole.y, segments.exact_dir[1]);
+            to_doubles(whole.z, segments.exact_dir[2]);
+            segments.margin = exact || chord_only_ ? 0 : std::min(double(tolerance_), greatest_margin / geometry_.scale);
+            for (int i = 0; i < W; ++i) segments.ignored[i] = (has_ignored_ >> i) & 1 ? ignored_[i] : no_surface;
+            has_ignored_ &= ~open;
+        }
         skip_outside_escape_sphere(query_start, b, segments);
         for (const int i : lanes_in(open & ~to_bits(size < V(S(clip_size))))) {
             if (!clip(a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
@@ -167,6 +187,7 @@ private:
         std::uint64_t hit = query(geometry_.embree_scene, segments, open);
         if (hit & near_start)
             hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, may_start_on_surface);
+        if constexpr (exact) hit = confirm(a, b, begin, length, segments, hit, near_start, may_start_on_surface);
         if (!hit) return 0;
         const MaskOf<V> mask = from_bits<V>(hit);
         hits.t = select(mask, fractions_of(segments, begin, length), hits.t);
@@ -217,6 +238,37 @@ private:
         };
         return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
+    /// Confirms the hits of straight rays. Lanes whose ray passes its triangle on the outside are queried again, and each
+    /// candidate hit is then tested in double precision. Returns the lanes of `hit` that hit a surface.
+    std::uint64_t confirm(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
+                          std::uint64_t hit, std::uint64_t near_start, std::uint64_t may_start_on_surface) {
+        if (!hit) return 0;
+        const LevelSet<V> level_sets = level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, hit);
+        const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
+        const double size = 1 / geometry_.scale;
+        const std::uint64_t confirmed =
+            confirmed_hits<V>(geometry_.surfaces, segments.surface, segments.primitive, hit,
+                              advance(a, fraction, b - a), b - a, size);
+        if (confirmed == hit) return hit;
+        const V least = start_extension(b - a);
+        const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
+            const double near = double(get_lane(length, i)) * double(t) + double(get_lane(begin, i));
+            const Surface& candidate = geometry_.surfaces[surface];
+            const LevelSet<double> level_set = level_set_of(candidate, primitive);
+            const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
+            const double at = chord_fraction(level_set, from, to, near);
+            if (((near_start >> i) & 1) != 0 &&
+                departs(level_set, from, to, at, double(get_lane(least, i)), ((may_start_on_surface >> i) & 1) != 0))
+                return false;
+            if (candidate.kind == Surface::Kind::sphere) return true;
+            const Vec3<double> x = advance(from, at, to - from);
+            const double greatest = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z), size});
+            return bool(triangle_of(candidate, primitive)
+                            .contains_line(x, to - from, 4 * double(machine_epsilon<S>) * greatest));
+        };
+        return confirmed | query_filtered(geometry_.embree_scene, segments, hit & ~confirmed, accepts);
+    }
+
     /// Returns true if no ray starts on a surface: the distance of the camera from every surface is large compared with
     /// the rounding of Embree's floats and of the packet's number type.
     bool starts_off_surfaces() const {
@@ -278,6 +330,11 @@ private:
         set_lane(begin, i, S(enter));
         set_lane(length, i, S(clipped_length));
         segments.near[i] = float(std::clamp((near - enter) / clipped_length, 0.0, 1.0));
+        if (geometry_.has_spheres)
+            for (int k = 0; k < 3; ++k) {
+                segments.exact_org[k][i] = start[k] + enter * (end[k] - start[k]);
+                segments.exact_dir[k][i] = clipped_length * (end[k] - start[k]);
+            }
         for (int k = 0; k < 3; ++k) {
             segments.org[k][i] = float(org[k] + enter * dir[k]);
             segments.dir[k][i] = float(clipped_length * dir[k]);
@@ -309,7 +366,7 @@ private:
     static constexpr float start_offset = 4e-6f;
     /// In Embree's coordinates: a segment with an absolute coordinate of at least this value is clipped before a query,
     /// to the cube with this edge around the origin.
-    static constexpr float clip_size = 32;
+    static constexpr float clip_size = 8;
 
     const Task<V>& task_;
     const Geometry& geometry_;
@@ -321,6 +378,8 @@ private:
     /// Lanes whose next segment may start on a surface: the first segment of a ray, or the first one after an event
     /// that has changed the state of the ray.
     std::uint64_t may_start_on_surface_ = 0;
+    std::uint64_t has_ignored_ = 0;  ///< Lanes that ignore a sphere in their next query.
+    std::uint32_t ignored_[W];
     std::uint64_t departing_ = 0;           ///< Lanes whose previous piece has departed from a close surface.
 };
 

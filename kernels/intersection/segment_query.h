@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/assertion.h"
+#include "kernels/intersection/query_context.h"
 #include "kernels/simd/bits.h"
 
 #include <algorithm>
@@ -34,27 +35,28 @@ inline constexpr std::uint64_t all_in_packet = (std::uint64_t(1) << embree_width
 template <int W>
 struct Segments {
     float org[3][W], dir[3][W], near[W];
+    /// The same segments in double precision, relative to `space.center`. Needed if the scene has spheres.
+    alignas(64) double exact_org[3][W], exact_dir[3][W];
+    double margin = 0;                    ///< ExactSegments::margin.
+    std::uint32_t ignored[W];             ///< ExactSegments::ignored.
     // Results, valid in the lanes that the query returns: the parameter t of the intersection, and the indices of its
     // surface and primitive.
     float t[W];
     std::uint32_t surface[W] = {}, primitive[W] = {};
+
+    ExactSegments exact() const {
+        return {{exact_org[0], exact_org[1], exact_org[2]}, {exact_dir[0], exact_dir[1], exact_dir[2]}, margin, ignored};
+    }
 };
 
 namespace detail {
 
-/// Context of a query with a pointer that the intersection filter reads.
-#if RTC_VERSION_MAJOR >= 4
-struct QueryContext : RTCRayQueryContext {
-#else
-struct QueryContext : RTCIntersectContext {
-#endif
-    const void* user;
-};
-
 /// Intersects one ray. A non-null `filter` may reject intersections; it reads `user` from the query context.
-inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter = nullptr,
-                       const void* user = nullptr) {
+inline void intersect1(RTCScene scene, RTCRayHit* ray, const ExactSegments* segments,
+                       RTCFilterFunctionN filter = nullptr, const void* user = nullptr) {
     QueryContext context;
+    context.segments = segments;
+    context.hit_filter = filter;
     context.user = user;
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context);
@@ -76,18 +78,22 @@ inline void intersect1(RTCScene scene, RTCRayHit* ray, RTCFilterFunctionN filter
 }
 
 /// Intersects one packet; rays with valid[i] = 0 are ignored.
-inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays) {
+inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays, const ExactSegments* segments) {
+    QueryContext context;
+    context.segments = segments;
+    context.hit_filter = nullptr;
+    context.user = nullptr;
 #if RTC_VERSION_MAJOR >= 4
+    rtcInitRayQueryContext(&context);
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    auto* context = &arguments;
-    const auto call = [&](auto function) { function(valid, scene, rays, context); };
+    arguments.context = &context;
+    const auto call = [&](auto function) { function(valid, scene, rays, &arguments); };
 #else
-    RTCIntersectContext arguments;
-    rtcInitIntersectContext(&arguments);
-    arguments.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    const auto call = [&](auto function) { function(valid, scene, &arguments, rays); };
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const auto call = [&](auto function) { function(valid, scene, &context, rays); };
 #endif
 #if defined(__AVX512F__)
     call(rtcIntersect16);
@@ -111,7 +117,7 @@ inline void set_ray(auto& ray, auto&& at, const auto& s, int i) {
     at(ray.tfar) = 1.0f;
     at(ray.time) = 0;
     at(ray.mask) = 0xffffffffu;
-    at(ray.id) = 0;
+    at(ray.id) = unsigned(i);
     at(ray.flags) = 0;
 }
 
@@ -153,7 +159,8 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
         r.ray.tnear[k] = 1;
         r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
     }
-    intersect(valid, scene, &r);
+    const ExactSegments exact = s.exact();
+    intersect(valid, scene, &r, &exact);
     std::copy_n(r.ray.tfar, embree_width, s.t + first);
     std::copy_n(r.hit.geomID, embree_width, s.surface + first);
     std::copy_n(r.hit.primID, embree_width, s.primitive + first);
@@ -187,7 +194,8 @@ std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
     for ([[maybe_unused]] const int i : lanes_in(active))
         KAGERO_ASSERT(is_legal_segment(s, i));
     const auto scene = static_cast<RTCScene>(embree_scene);
-    const auto intersect_lane = [scene](int, RTCRayHit* ray) { detail::intersect1(scene, ray); };
+    const ExactSegments exact = s.exact();
+    const auto intersect_lane = [&](int, RTCRayHit* ray) { detail::intersect1(scene, ray, &exact); };
     if constexpr (W % embree_width == 0) {
         std::uint64_t hits = 0;
         for (int first = 0; first < W; first += embree_width) {
@@ -212,15 +220,16 @@ std::uint64_t query_filtered(void* embree_scene, Segments<W>& s, std::uint64_t a
         int lane;
     };
     const RTCFilterFunctionN filter = [](const RTCFilterFunctionNArguments* a) {
-        const auto* context = static_cast<const detail::QueryContext*>(a->context);
+        const auto* context = static_cast<const QueryContext*>(a->context);
         const auto& candidate = *static_cast<const Candidate*>(context->user);
         if (a->valid[0] != 0 && !candidate.accepts(candidate.lane, RTCHitN_geomID(a->hit, 1, 0),
                                                    RTCHitN_primID(a->hit, 1, 0), RTCRayN_tfar(a->ray, 1, 0)))
             a->valid[0] = 0;
     };
+    const ExactSegments exact = s.exact();
     return detail::query_singly(s, active, [&](int i, RTCRayHit* ray) {
         const Candidate candidate{accepts, i};
-        detail::intersect1(static_cast<RTCScene>(embree_scene), ray, filter, &candidate);
+        detail::intersect1(static_cast<RTCScene>(embree_scene), ray, &exact, filter, &candidate);
     });
 }
 

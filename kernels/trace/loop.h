@@ -257,7 +257,7 @@ void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     const std::uint64_t with_earlier = earlier.lanes_with_event(), failed = deferred.lanes & refiner.failed,
                         repeated = failed ? repeat_halved(failed) : 0;
     const std::uint64_t refined = deferred.lanes & ~(failed | with_earlier),
-                        resumed = refined & deferred.template lanes_with<Effect::resume>();
+                        resumed = refined & (deferred.template lanes_with<Effect::resume>() | refiner.missed);
     const std::uint64_t ended = deferred.lanes & ~(repeated | with_earlier | resumed);
     if (packet_.state.options.compute_energy_error)
         packet_.record_energy_error(deferred.step.energy_error, from_bits<V>(ended));
@@ -266,6 +266,7 @@ void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     writer_.write_iterations(ended, packet_.iterations_of_ray);
     writer_.write_unrefined(ended & ~failed & refiner.unrefined);
     if (resumed) resume(resumed);
+    detector_.ignore_spheres(resumed & refiner.missed, deferred.surface);
     refiner.defer_again(earlier);
 }
 

@@ -1,6 +1,8 @@
 #include "geometry/embree.h"
 
-#include <cstring>
+#include "scene/vector3.h"
+
+#include <algorithm>
 
 namespace kagero {
 
@@ -19,32 +21,42 @@ void throw_on_error(RTCDevice device, const char* action) {
                        " (4 means out of memory, 5 an unsupported processor)");
 }
 
-RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::size_t vertices, std::size_t triangles,
-                               const double shift[3], const Double3& scale) {
+/// Distance in Embree's coordinates by which triangles are enlarged. It is several times the rounding error of a query,
+/// so that no hit is missed; kernels reject hits outside of the exact triangles.
+constexpr double enlargement = 2e-6;
+
+/// Writes the corners of a triangle, moved away from its centre such that each edge moves outward by `enlargement`. A
+/// triangle much narrower than this distance is enlarged at most 16 times.
+void write_enlarged(const Surface& surface, const std::uint32_t* index, const double shift[3], const Double3& scale,
+                    float* corners) {
+    Double3 corner[3], center{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k) {
+            corner[i][k] = (surface.vertices[3 * std::size_t{index[i]} + k] - shift[k]) * scale[k];
+            center[k] += corner[i][k] / 3;
+        }
+    const Double3 ab = subtract(corner[1], corner[0]), ac = subtract(corner[2], corner[0]);
+    const double perimeter = length(ab) + length(ac) + length(subtract(corner[2], corner[1]));
+    const double inner_radius = length(cross(ab, ac)) / perimeter;
+    const double factor = 1 + std::min(15.0, enlargement / std::max(inner_radius, 1e-300));
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            corners[3 * i + k] = static_cast<float>(center[k] + factor * (corner[i][k] - center[k]));
+}
+
+RTCGeometry triangles_geometry(RTCDevice device, const Surface& surface, std::size_t triangles, const double shift[3],
+                               const Double3& scale) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* points = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices));
+    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), 3 * triangles));
     auto* indices =
         static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                             3 * sizeof(std::uint32_t), triangles));
-    if (points && indices) {
-        for (std::size_t i = 0; i < 3 * vertices; ++i)
-            points[i] = to_embree(surface.vertices[i], shift[i % 3], scale[i % 3]);
-        std::memcpy(indices, surface.triangles, 3 * triangles * sizeof(std::uint32_t));
-    }
-    return geometry;
-}
-
-/// Creates a sphere. A ray that starts inside the sphere hits it where the ray leaves it (verified with Embree 3.13.5
-/// for single rays and packets).
-RTCGeometry sphere_geometry(RTCDevice device, const Surface& surface, const double shift[3], double scale) {
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-    auto* sphere = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), 1));
-    if (sphere) {
-        for (std::size_t i = 0; i < 3; ++i) sphere[i] = to_embree(surface.center[i], shift[i], scale);
-        sphere[3] = static_cast<float>(surface.radius * scale);
-    }
+    if (points && indices)
+        for (std::size_t i = 0; i < triangles; ++i) {
+            write_enlarged(surface, surface.triangles + 3 * i, shift, scale, points + 9 * i);
+            for (std::size_t k = 0; k < 3; ++k) indices[3 * i + k] = static_cast<std::uint32_t>(3 * i + k);
+        }
     return geometry;
 }
 
@@ -81,9 +93,8 @@ void EmbreeScene::attach_rings(const std::vector<Ring>& rings, const double shif
     }
 }
 
-EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
-                         const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings,
-                         const double shift[3], const Double3& scale) {
+EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& triangle_counts,
+                         const std::vector<Ring>& rings, const double shift[3], const Double3& scale) {
     // The configuration string is empty: "threads=" in it would limit TBB for the whole program.
     device_ = rtcNewDevice("");
     if (!device_) throw_on_error(nullptr, "creating a device");
@@ -92,11 +103,13 @@ EmbreeScene::EmbreeScene(const std::vector<Surface>& surfaces, const std::vector
         scene_ = rtcNewScene(device_);
         rtcSetSceneFlags(scene_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | KAGERO_EMBREE_QUERY_FILTER));
         rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
+        spheres_.reserve(surfaces.size());  // Embree stores pointers to the elements
         for (std::size_t i = 0; i < surfaces.size(); ++i) {
-            const bool is_sphere = surfaces[i].kind == Surface::Kind::sphere;
-            RTCGeometry geometry = is_sphere ? sphere_geometry(device_, surfaces[i], shift, scale[0])
-                                             : triangles_geometry(device_, surfaces[i], vertex_counts[i],
-                                                                  triangle_counts[i], shift, scale);
+            RTCGeometry geometry;
+            if (surfaces[i].kind == Surface::Kind::sphere)
+                geometry = sphere_geometry(
+                    device_, spheres_.emplace_back(surfaces[i], std::array{shift[0], shift[1], shift[2]}, scale[0]));
+            else geometry = triangles_geometry(device_, surfaces[i], triangle_counts[i], shift, scale);
             rtcSetGeometryMask(geometry, 0xffffffffu);
             rtcCommitGeometry(geometry);
             rtcAttachGeometryByID(scene_, geometry, static_cast<unsigned>(i));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "geometry/bounds.h"
+#include "geometry/sphere_primitive.h"
 
 #include <rtcore.h>
 
@@ -20,10 +21,9 @@ class EmbreeScene {
 public:
     /// Builds the scene. Surface coordinates q are relative to `space.center`; Embree's coordinates are (q −
     /// shift)·scale. The scale must be the same for all axes if rays are intersected with spheres or rings.
-    /// `vertex_counts` and `triangle_counts` have one entry per surface. Throws RunError if Embree reports an error.
-    EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& vertex_counts,
-                const std::vector<std::size_t>& triangle_counts, const std::vector<Ring>& rings, const double shift[3],
-                const Double3& scale);
+    /// `triangle_counts` has one entry per surface. Throws RunError if Embree reports an error.
+    EmbreeScene(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& triangle_counts,
+                const std::vector<Ring>& rings, const double shift[3], const Double3& scale);
     ~EmbreeScene();
     EmbreeScene(const EmbreeScene&) = delete;
     EmbreeScene& operator=(const EmbreeScene&) = delete;
@@ -39,7 +39,8 @@ private:
     /// Sets the intersection filters of the surfaces that are restricted to rings.
     void attach_rings(const std::vector<Ring>& rings, const double shift[3], double scale);
 
-    std::vector<FloatRing> rings_;  ///< Elements to which Embree's user data points.
+    std::vector<FloatRing> rings_;          ///< Elements to which Embree's user data points.
+    std::vector<SpherePrimitive> spheres_;  ///< Elements to which Embree's user data points.
     RTCDevice device_ = nullptr;
     RTCScene scene_ = nullptr;
 };

@@ -125,11 +125,10 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
-    std::vector<std::size_t> vertex_counts, triangle_counts;
+    std::vector<std::size_t> triangle_counts;
     for (const ObjectDescription& object : scene.objects) {
         content.objects.push_back(load(object, scene.space.center, content.remarks));
         content.surfaces.push_back(surface_of(object, content.objects.back()));
-        vertex_counts.push_back(content.objects.back().mesh.vertices.size() / 3);
         triangle_counts.push_back(content.objects.back().mesh.triangles.size() / 3);
     }
     const Bounds bounds = bounds_of(content.objects, content.surfaces);
@@ -139,17 +138,20 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     choose_coordinates(scene, bounds, geometry);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         remark_on_displacement(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
-    content.embree = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts,
+    content.embree = std::make_unique<EmbreeScene>(content.surfaces, triangle_counts,
                                                    rings_of(scene.objects, content.objects), geometry.shift,
                                                    Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
+    geometry.has_spheres = std::any_of(content.surfaces.begin(), content.surfaces.end(), [](const Surface& surface) {
+        return surface.kind == Surface::Kind::sphere;
+    });
     if (!clearance_cells || !scene.integrator.cull) return;
     const Double3 stretch = clearance_stretch(bounds);
     std::unique_ptr<EmbreeScene> stretched;  // for point queries, which ignore spheres and rings
     if (stretch != Double3{1, 1, 1})
-        stretched = std::make_unique<EmbreeScene>(content.surfaces, vertex_counts, triangle_counts, std::vector<Ring>{},
+        stretched = std::make_unique<EmbreeScene>(content.surfaces, triangle_counts, std::vector<Ring>{},
                                                   geometry.shift, scaled(stretch, geometry.scale));
     content.clearance =
         build_clearance(geometry, (stretched ? *stretched : *content.embree).scene(), stretch, bounds, clearance_cells);

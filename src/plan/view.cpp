@@ -21,14 +21,15 @@ double distance_to_objects(const Scene& scene, const View& view) {
     const Geometry* geometry = scene.geometry->kernel_view();
     if (!geometry) return std::numeric_limits<double>::infinity();
     const double* eye = view.camera.position;
-    const double diagonal = scene.geometry->diagonal(), tolerance = 1e-6 * diagonal;
+    const double diagonal = scene.geometry->diagonal(),
+                 tolerance = 1e-14 * (diagonal + std::hypot(eye[0], eye[1], eye[2]));
     const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, diagonal);
     if (distance > tolerance) return distance;
     throw InputError(
         scene.description.camera.position_location,
         position_of_camera(scene) +
             " lies in the surface of an object, or too close to it: its distance from every surface must exceed " +
-            to_toml(tolerance * scene.unit) + ", a millionth of the extent of all objects");
+            to_toml(tolerance * scene.unit) + ", the rounding error of its position");
 }
 
 /// Returns the view with the orientation and the pixel grid of the camera. Pixels are square, and row 0 is at the top.

@@ -1,0 +1,133 @@
+/// Confirms hits on bent rays. The chord of a piece of the path and the path itself are close, but the chord may meet a
+/// surface that the path passes. After refinement, a ray therefore either passes through its triangle, or through
+/// another one nearby, or it has missed the surface and continues. A ray that passes close to a sphere is followed to
+/// the point nearest to the centre of the sphere.
+#pragma once
+
+#include "kernels/events/deferred_events.h"
+#include "kernels/intersection/segment_query.h"
+#include "kernels/intersection/triangle.h"
+
+namespace kagero {
+
+/// Tests hits of one packet against the exact surfaces.
+template <class V>
+class HitConfirmation {
+    using S = ScalarOf<V>;
+    static constexpr int W = lane_count<V>;
+
+public:
+    explicit HitConfirmation(const Task<V>& task) : task_(task) {}
+
+    /// Returns the lanes of `lanes` whose ray, at x with velocity v, passes through the triangle that it has hit.
+    std::uint64_t confirmed(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W], std::uint64_t lanes,
+                            const Vec3<V>& x, const Vec3<V>& v) const {
+        return confirmed_hits<V>(geometry().surfaces, surface, primitive, lanes, x, v, 1 / geometry().scale);
+    }
+
+    /// Searches for triangles that the tangents x + t·v of `lanes` pass through close to x. Sets their indices and
+    /// returns the lanes in which one was found.
+    std::uint64_t find_nearby(std::uint64_t lanes, const Vec3<V>& x, const Vec3<V>& v, std::uint32_t (&surface)[W],
+                              std::uint32_t (&primitive)[W]) const {
+        const double reach = 4 * (task_.job.chord_tolerance + embree_rounding / geometry().scale);
+        Segments<W> segments;
+        const V half = V(S(reach)) / fast_sqrt(dot(v, v));
+        const Vec3<V> from = advance(x, -half, v), whole = (half + half) * v;
+        const auto set_axis = [&](const V& start, const V& difference, int k) {
+            to_doubles(start, segments.exact_org[k]);
+            to_doubles(difference, segments.exact_dir[k]);
+            for (int i = 0; i < W; ++i) {
+                segments.org[k][i] = float((segments.exact_org[k][i] - geometry().shift[k]) * geometry().scale);
+                segments.dir[k][i] = float(segments.exact_dir[k][i] * geometry().scale);
+            }
+        };
+        set_axis(from.x, whole.x, 0);
+        set_axis(from.y, whole.y, 1);
+        set_axis(from.z, whole.z, 2);
+        std::fill_n(segments.near, W, 0.0f);
+        const auto accepts = [&](int i, std::uint32_t candidate, std::uint32_t triangle, float) {
+            const Surface& other = geometry().surfaces[candidate];
+            if (other.kind == Surface::Kind::sphere) return false;
+            const LevelSet<double> plane = level_set_of(other, triangle);
+            const Vec3<double> at{double(get_lane(x.x, i)), double(get_lane(x.y, i)), double(get_lane(x.z, i))},
+                velocity{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
+            const double distance = -plane.value(at) / dot(plane.normal, velocity);
+            if (!(std::abs(distance) <= double(get_lane(half, i)))) return false;
+            const Vec3<double> crossing = advance(at, distance, velocity);
+            const double size = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z), 1 / geometry().scale});
+            return bool(triangle_of(other, triangle)
+                            .contains_line(crossing, velocity, 4 * double(machine_epsilon<S>) * size));
+        };
+        std::uint64_t legal = lanes;
+        for (const int i : lanes_in(lanes))
+            if (!is_legal_segment(segments, i)) legal &= ~(std::uint64_t(1) << i);
+        const std::uint64_t found = query_filtered(geometry().embree_scene, segments, legal, accepts);
+        for (const int i : lanes_in(found)) {
+            surface[i] = segments.surface[i];
+            primitive[i] = segments.primitive[i];
+        }
+        return found;
+    }
+
+    /// Returns the lanes of `spheres` whose dense output between the fractions lo and hi of the step does not clearly
+    /// cross its sphere: it begins outside, and its least height is greater than −depth. Sets `closest` to the fraction
+    /// of the point nearest to the centre.
+    MaskOf<V> grazing(const Curve<V>& curve, const LevelSet<V>& sphere, const V& lo, const V& hi, const V& estimate,
+                      const MaskOf<V>& spheres, V& closest) const {
+        const V zero(S(0)), depth(S(4 * task_.job.chord_tolerance + 1e-6 / geometry().scale));
+        closest = estimate;
+        for (int i = 0; i < 6; ++i) {
+            const Vec3<V> slope = curve.slope(closest);
+            const V next = closest - dot(curve.at(closest) - sphere.center, slope) / dot(slope, slope);
+            closest = select(spheres & is_finite(next), min(max(next, lo), hi), closest);
+        }
+        return spheres & (sphere.value(curve.at(lo)) >= zero) & (sphere.value(curve.at(closest)) > -depth);
+    }
+
+    /// Moves the rays of `lanes` to the points of their paths nearest to the centres of their spheres, by partial steps
+    /// of `step`. `fraction` is the estimated fraction of the step; it is set to the exact one.
+    void move_to_closest(StepperState<V>& step, const LevelSet<V>& sphere, const MaskOf<V>& lanes, const V& full_length,
+                         V& fraction) const {
+        const V zero(S(0)), limit(S(std::is_same_v<S, float> ? 1e-5 : 1e-9));
+        StepEnd<V> ends = step;
+        step.h = select(lanes, fraction * full_length, zero);
+        if (!task_.steps_without_begin) task_.begin(step);
+        MaskOf<V> open = lanes;
+        V last_rate(zero), last_correction(zero);
+        for (int i = 0; i < max_corrections; ++i) {
+            if (i == 0) task_.step(step);
+            else task_.correction_step(step);
+            ends.copy_lanes(step, open);
+            const Vec3<V> v = step.end.velocity;
+            const V rate = dot(step.end.q() - sphere.center, v), straight = -rate / dot(v, v);
+            const V secant = -rate * last_correction / (rate - last_rate);
+            V correction = i == 0 ? straight : select(is_finite(secant) & (abs(secant) < abs(full_length)), secant, straight);
+            open = open & is_finite(correction) & (abs(correction) > limit * abs(full_length));
+            if (!any(open)) break;
+            task_.begin_next(step, lanes);
+            step.h = select(open, correction, zero);
+            fraction = select(open, fraction + correction / full_length, fraction);
+            last_rate = rate;
+            last_correction = correction;
+        }
+        static_cast<StepEnd<V>&>(step).copy_lanes(ends, lanes);
+    }
+
+    /// Returns the rounding error of a height above the sphere.
+    V height_rounding(const LevelSet<V>& sphere, const Vec3<V>& q) const {
+        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)) + abs(sphere.center.x) + abs(sphere.center.y) +
+                       abs(sphere.center.z) + fast_sqrt(sphere.radius2);
+        return V(S(4) * machine_epsilon<S>) * size;
+    }
+
+private:
+    const Geometry& geometry() const { return *task_.job.geometry; }
+
+    static constexpr int max_corrections = 12;
+    /// Rounding error of a query, in Embree's coordinates.
+    static constexpr double embree_rounding = 2e-6;
+
+    const Task<V>& task_;
+};
+
+}  // namespace kagero

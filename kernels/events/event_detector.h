@@ -36,16 +36,16 @@ public:
 
     /// Initializes the detection for new rays in `lanes`.
     void begin(std::uint64_t lanes) {
-        if (scene_) scene_->begin(lanes);
+        if (scene_) scene_->chords().begin(lanes);
     }
     /// Ignores a surface on which the next step of `lanes` starts. Called if this step starts at the start of a ray, or
     /// at an event that has changed the state of the ray.
     void ignore_surface_at_start(std::uint64_t lanes) {
-        if (scene_) scene_->ignore_surface_at_start(lanes);
+        if (scene_) scene_->chords().ignore_surface_at_start(lanes);
     }
-    /// Ignores the given surfaces, if they are spheres, in the next query of `lanes`, whose rays have passed them closely.
-    void ignore_spheres(std::uint64_t lanes, const std::uint32_t (&surfaces)[lane_count<V>]) {
-        if (scene_) scene_->ignore_spheres(lanes, surfaces);
+    /// Ignores the deferred primitives in the next query of `lanes`, whose rays have passed them without a hit.
+    void ignore_passed(std::uint64_t lanes, const DeferredEvents<V, Events>& deferred) {
+        if (scene_) scene_->chords().ignore_passed(lanes, deferred.surface, deferred.primitive);
     }
     /// Records which rays of `lanes` move away from the origin at `start`, where their next step begins.
     void start_steps(const RayState<V>& start, std::uint64_t lanes) {
@@ -70,7 +70,7 @@ public:
             excursions &= moving;
         }
         if (hits | excursions | lanes_with_possible_event(step, moving, steps)) {
-            if (excursions & hits) hits &= ~(excursions & to_bits(excursion.exit < scene_->hits.hit_fraction()));
+            if (excursions & hits) hits &= ~(excursions & to_bits(excursion.exit < scene_->hits().hit_fraction()));
             if (hits) hits = defer_hits(step, hits, deferred, found);
             if (excursions &= ~hits) defer_excursions(excursion, excursions, deferred, found);
             find_crossed(step, steps, moving & ~(hits | excursions), deferred, found);
@@ -122,12 +122,12 @@ private:
     /// Defers the hits of `lanes`, except hits beyond an escape sphere. Returns the lanes whose hits were deferred.
     std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
                              Detected<Events>& found) const {
-        const SurfaceHits<V>& hits = scene_->hits;
+        const SurfaceHits<V>& hits = scene_->hits();
         const Curve<V> curve = task_.curve(step);
         const Vec3<V> a = curve.at(hits.piece_start), b = curve.at(hits.piece_end);
         lanes &= ~to_bits(is_outside(task_, advance(a, hits.t, b - a)));
         if (!lanes) return 0;
-        const LevelSet<V> level_sets = scene_->level_sets(lanes);
+        const LevelSet<V> level_sets = scene_->chords().level_sets(lanes);
         const V fraction = chord_fraction(level_sets, a, b, hits.t);
         deferred.template defer<SurfaceHit>(lanes, level_sets, hits.piece_start, hits.piece_end,
                                             fma(hits.piece_end - hits.piece_start, fraction, hits.piece_start));

@@ -37,11 +37,13 @@ public:
         if (on_chord()) return interpolate(mask);
         if (!task_.method_curve) d.curve = Curve<V>::hermite(d.step);
         const std::uint64_t hits = d.lanes_of.template of<SurfaceHit>();
-        StepEnd<V> missed_ends = d.step;
-        if (hits && d.level_set.curved) missed_ends = follow_grazing_rays(hits, full_length);
+        const HitConfirmation<V, Events> confirmation(task_);
+        if (hits && d.level_set.curved) missed = confirmation.follow_grazing_rays(d, hits);
+        const StepEnd<V> missed_ends = d.step;
         refine_lanes(from_bits<V>(d.lanes & ~missed), full_length, hits & ~missed);
         static_cast<StepEnd<V>&>(d.step).copy_lanes(missed_ends, from_bits<V>(missed));
-        if (hits & ~(failed | unrefined | missed)) confirm_hits(hits & ~(failed | unrefined | missed));
+        const std::uint64_t refined = hits & ~(failed | unrefined | missed);
+        if (refined) missed |= confirmation.confirm(d, refined);
     }
 
     /// Returns, for each event, the lanes that have crossed this event before their refined event. The position of an
@@ -99,43 +101,6 @@ private:
         fail_inward_escapes();
     }
 
-    /// Follows rays that pass close to a sphere to the point nearest to its centre. Rays that stay outside are added to
-    /// `missed`; their step ends there. For the others, that point bounds the position of the hit.
-    StepEnd<V> follow_grazing_rays(std::uint64_t hits, const V& full_length) {
-        DeferredEvents<V, Events>& d = deferred;
-        const HitConfirmation<V> confirmation(task_);
-        const MaskOf<V> spheres = from_bits<V>(hits) & (abs(d.level_set.a) > V(S(0)));
-        V closest;
-        const MaskOf<V> grazing =
-            confirmation.grazing(d.curve, d.level_set, d.lo, d.hi, d.event_fraction, spheres, closest);
-        if (!any(grazing)) return d.step;
-        confirmation.move_to_closest(d.step, d.level_set, grazing, full_length, closest);
-        const StepEnd<V> ends = d.step;
-        const Vec3<V> q = ends.end.q();
-        missed = to_bits(grazing & (d.level_set.value(q) > -confirmation.height_rounding(d.level_set, q)));
-        const V before = d.level_set.intersect_line(q, ends.end.velocity, all_lanes<V>()).line_parameter / full_length;
-        d.step.copy_lanes(whole_step, grazing);
-        d.hi = select(grazing, closest, d.hi);
-        d.event_fraction = select(grazing, max(closest + before, d.lo), d.event_fraction);
-        return ends;
-    }
-    /// Confirms the hits of triangles in `hits`. A ray that passes its triangle on the outside hits another triangle
-    /// nearby, or it has missed.
-    void confirm_hits(std::uint64_t hits) {
-        DeferredEvents<V, Events>& d = deferred;
-        const HitConfirmation<V> confirmation(task_);
-        const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
-        const std::uint64_t outside = hits & ~confirmation.confirmed(d.surface, d.primitive, hits, q, v);
-        if (!outside) return;
-        const std::uint64_t found = confirmation.find_nearby(outside, q, v, d.surface, d.primitive);
-        missed |= outside & ~found;
-        if (!found) return;
-        const LevelSet<V> planes = level_sets_of<V>(task_.job.geometry->surfaces, d.surface, d.primitive, found);
-        d.level_set.assign_lanes(from_bits<V>(found), planes);
-        StepEnd<V> moved = d.step;
-        extrapolate(moved, -planes.value(q) / planes.slope(q, v), from_bits<V>(found));
-        static_cast<StepEnd<V>&>(d.step).copy_lanes(moved, from_bits<V>(found));
-    }
     bool on_chord() const { return task_.job.hit == HitModel::chord; }
     /// Returns the lanes whose event is a zero of Event::value.
     std::uint64_t lanes_with_event_value() const {
@@ -248,7 +213,7 @@ private:
             open = open & usable & !from_bits<V>(lost_energy_);
             const V correction = s - d.event_fraction;
             const MaskOf<V> converged = open & !misses & (abs(correction) <= (i > 0 ? limit : first_limit));
-            if (any(converged)) extrapolate(refined, correction * full_length, converged);
+            if (any(converged)) extrapolate(d.step, d.level_set, correction * full_length, converged, refined);
             d.event_fraction = select(converged, s, d.event_fraction);
             open = open & !converged;
             if (!any(open)) break;
@@ -277,27 +242,6 @@ private:
         const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
         const V rounding = V(machine_epsilon<S>) * size / (speed * abs(full_length));
         return select(is_finite(rounding), rounding, V(S(0)));
-    }
-
-    /// Extrapolates rays by a small parameter length beyond the last step. Positions are extrapolated with the velocity
-    /// at the end and its mean rate of change in the step. Other quantities are extrapolated with their mean rates in
-    /// the step, by at most one step length, because a longer one would magnify rounding errors.
-    void extrapolate(StepEnd<V>& refined, const V& length, const MaskOf<V>& lanes) {
-        const StepperState<V>& step = deferred.step;
-        const V one(S(1)), zero(S(0)), h = select(lanes, length, zero);
-        const V ratio = select(lanes & (abs(step.h) > zero), max(min(h / step.h, one), -one), zero);
-        const Vec3<V> velocity = advance(step.end.velocity, V(S(0.5)) * ratio, step.end.velocity - step.start.velocity);
-        const Vec3<V> q = advance(refined.end.q(), h, velocity);
-        const V offset = deferred.level_set.value(q) / deferred.level_set.slope(q, step.end.velocity),
-                h_to_surface = select(lanes & is_finite(offset), h - offset, h);
-        const auto extrapolate_value = [&](const V& from, const V& to, V& end) { end = fma(ratio, to - from, end); };
-        refined.end.set(advance(refined.end.q(), h_to_surface, velocity), refined.end.p());
-        for (int k = 0; k < space_size; ++k)
-            extrapolate_value(step.start.y[momentum(k)], step.end.y[momentum(k)], refined.end.y[momentum(k)]);
-        extrapolate_value(step.start.velocity.x, step.end.velocity.x, refined.end.velocity.x);
-        extrapolate_value(step.start.velocity.y, step.end.velocity.y, refined.end.velocity.y);
-        extrapolate_value(step.start.velocity.z, step.end.velocity.z, refined.end.velocity.z);
-        extrapolate_value(step.start.parameter, step.end.parameter, refined.end.parameter);
     }
 
     /// Finds the zero of each lane's value by the secant method. Every trial step begins at the start of the step,

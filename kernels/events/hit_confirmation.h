@@ -5,13 +5,14 @@
 #pragma once
 
 #include "kernels/events/deferred_events.h"
+#include "kernels/events/extrapolation.h"
 #include "kernels/intersection/segment_query.h"
 #include "kernels/intersection/triangle.h"
 
 namespace kagero {
 
 /// Tests hits of one packet against the exact surfaces.
-template <class V>
+template <class V, class Events>
 class HitConfirmation {
     using S = ScalarOf<V>;
     static constexpr int W = lane_count<V>;
@@ -19,12 +20,46 @@ class HitConfirmation {
 public:
     explicit HitConfirmation(const Task<V>& task) : task_(task) {}
 
-    /// Returns the lanes of `lanes` whose ray, at x with velocity v, passes through the triangle that it has hit.
-    std::uint64_t confirmed(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W], std::uint64_t lanes,
-                            const Vec3<V>& x, const Vec3<V>& v) const {
-        return confirmed_hits<V>(geometry().surfaces, surface, primitive, lanes, x, v, 1 / geometry().scale);
+    /// Confirms the refined hits of `hits`. A ray that passes its triangle on the outside hits another triangle nearby,
+    /// or it has missed. Returns the lanes that have missed.
+    std::uint64_t confirm(DeferredEvents<V, Events>& d, std::uint64_t hits) const {
+        const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
+        const std::uint64_t outside =
+            hits & ~confirmed_hits<V>(geometry().surfaces, d.surface, d.primitive, hits, q, v, 1 / geometry().scale);
+        if (!outside) return 0;
+        const std::uint64_t found = find_nearby(outside, q, v, d.surface, d.primitive);
+        if (!found) return outside;
+        const LevelSet<V> planes = level_sets_of<V>(geometry().surfaces, d.surface, d.primitive, found);
+        d.level_set.assign_lanes(from_bits<V>(found), planes);
+        StepEnd<V> moved = d.step;
+        extrapolate(d.step, d.level_set, -planes.value(q) / planes.slope(q, v), from_bits<V>(found), moved);
+        static_cast<StepEnd<V>&>(d.step).copy_lanes(moved, from_bits<V>(found));
+        return outside & ~found;
     }
 
+    /// Follows rays that pass close to a sphere to the point nearest to its centre. Returns the lanes that stay
+    /// outside; their step ends at that point. For the others, the point bounds the position of the hit.
+    std::uint64_t follow_grazing_rays(DeferredEvents<V, Events>& d, std::uint64_t hits) const {
+        const MaskOf<V> spheres = from_bits<V>(hits) & (abs(d.level_set.a) > V(S(0)));
+        V closest;
+        const MaskOf<V> rays = grazing(d.curve, d.level_set, d.lo, d.hi, d.event_fraction, spheres, closest);
+        if (!any(rays)) return 0;
+        const Step<V> whole_step = d.step;
+        const V full_length = d.step.h;
+        move_to_closest(d.step, d.level_set, rays, full_length, closest);
+        const Vec3<V> q = d.step.end.q();
+        const std::uint64_t missed = to_bits(rays & (d.level_set.value(q) > -height_rounding(d.level_set, q)));
+        const V entry =
+            closest + d.level_set.intersect_line(q, d.step.end.velocity, all_lanes<V>()).line_parameter / full_length;
+        const MaskOf<V> hit = rays & !from_bits<V>(missed);
+        d.step.copy_lanes(whole_step, hit);
+        d.step.h = full_length;
+        d.hi = select(hit, closest, d.hi);
+        d.event_fraction = select(hit, max(entry, d.lo), d.event_fraction);
+        return missed;
+    }
+
+private:
     /// Searches for triangles that the tangents x + t·v of `lanes` pass through close to x. Sets their indices and
     /// returns the lanes in which one was found.
     std::uint64_t find_nearby(std::uint64_t lanes, const Vec3<V>& x, const Vec3<V>& v, std::uint32_t (&surface)[W],
@@ -101,7 +136,8 @@ public:
             const Vec3<V> v = step.end.velocity;
             const V rate = dot(step.end.q() - sphere.center, v), straight = -rate / dot(v, v);
             const V secant = -rate * last_correction / (rate - last_rate);
-            V correction = i == 0 ? straight : select(is_finite(secant) & (abs(secant) < abs(full_length)), secant, straight);
+            const MaskOf<V> is_usable = is_finite(secant) & (abs(secant) < abs(full_length));
+            const V correction = i == 0 ? straight : select(is_usable, secant, straight);
             open = open & is_finite(correction) & (abs(correction) > limit * abs(full_length));
             if (!any(open)) break;
             task_.begin_next(step, lanes);
@@ -120,7 +156,6 @@ public:
         return V(S(4) * machine_epsilon<S>) * size;
     }
 
-private:
     const Geometry& geometry() const { return *task_.job.geometry; }
 
     static constexpr int max_corrections = 12;

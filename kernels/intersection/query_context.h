@@ -14,7 +14,8 @@ struct ExactSegments {
     /// Greatest distance of the path of a ray from its segment. A sphere that is at most this far away counts as hit,
     /// at the point of the segment nearest to its centre; the path then decides.
     double margin;
-    /// For each segment, the surface to which `margin` does not apply, or `no_surface`. Read only if `margin` > 0.
+    /// For each segment, a sphere that its ray has just passed, or `no_surface`: it counts as hit only if the segment
+    /// ends inside. Read only if `margin` > 0.
     const std::uint32_t* ignored;
 };
 /// Greatest margin, in Embree's coordinates.

@@ -45,7 +45,10 @@ struct Segments {
     std::uint32_t surface[W] = {}, primitive[W] = {};
 
     ExactSegments exact() const {
-        return {{exact_org[0], exact_org[1], exact_org[2]}, {exact_dir[0], exact_dir[1], exact_dir[2]}, margin, ignored};
+        return {{exact_org[0], exact_org[1], exact_org[2]},
+                {exact_dir[0], exact_dir[1], exact_dir[2]},
+                margin,
+                ignored};
     }
 };
 

@@ -1,4 +1,4 @@
-/// The exact test whether a ray passes through a triangle, with which hits that Embree has found in float are confirmed.
+/// The exact test whether a ray passes through a triangle. It confirms hits that Embree has found in float.
 #pragma once
 
 #include "kernels/intersection/surface.h"
@@ -38,8 +38,9 @@ struct Triangle {
 /// Returns the corners of a triangle of a mesh.
 inline Triangle<double> triangle_of(const Surface& surface, std::uint32_t primitive) {
     Triangle<double> triangle;
+    const std::uint32_t* index = surface.triangles + 3 * std::size_t(primitive);
     for (int i = 0; i < 3; ++i) {
-        const double* v = surface.vertices + 3 * std::size_t(surface.triangles[3 * std::size_t(primitive) + std::size_t(i)]);
+        const double* v = surface.vertices + 3 * std::size_t(index[i]);
         triangle.corner[i] = {v[0], v[1], v[2]};
     }
     return triangle;

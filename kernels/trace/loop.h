@@ -266,7 +266,7 @@ void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     writer_.write_iterations(ended, packet_.iterations_of_ray);
     writer_.write_unrefined(ended & ~failed & refiner.unrefined);
     if (resumed) resume(resumed);
-    detector_.ignore_spheres(resumed & refiner.missed, deferred.surface);
+    detector_.ignore_passed(resumed & refiner.missed, deferred);
     refiner.defer_again(earlier);
 }
 

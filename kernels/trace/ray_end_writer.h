@@ -137,7 +137,7 @@ private:
         ends.set(offsetof(RayEnd, energy_error), packet_.worst_energy_error);
         counters_.steps += ends.set_counts(offsetof(RayEnd, steps), packet_.steps, lanes);
         counters_.gradients += ends.set_counts(offsetof(RayEnd, gradients), step.gradients, lanes);
-        if (scene_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), scene_->queries(), lanes);
+        if (scene_) counters_.queries += ends.set_counts(offsetof(RayEnd, queries), scene_->chords().queries(), lanes);
         if (status == Status::hit) {
             ends.set_words(offsetof(RayEnd, surface), *surface_);
             ends.set_words(offsetof(RayEnd, primitive), *primitive_);

@@ -24,8 +24,8 @@ void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<
     std::uint64_t hits = scene ? scene->intersect_straight(from, to, leaving) : 0;
     V fraction(S(0));
     if (hits) {
-        writer.set_surfaces(scene->hits.surface, scene->hits.primitive);
-        fraction = chord_fraction(scene->level_sets(hits), from, to, scene->hits.t);
+        writer.set_surfaces(scene->hits().surface, scene->hits().primitive);
+        fraction = chord_fraction(scene->chords().level_sets(hits), from, to, scene->hits().t);
         hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | (fraction < V(S(0))));
     }
     if (hits != leaving)

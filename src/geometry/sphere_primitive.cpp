@@ -50,6 +50,13 @@ double first_intersection(const double (&org)[3], const double (&dir)[3], double
     return std::numeric_limits<double>::quiet_NaN();
 }
 
+/// Returns true if the end of the segment org + t·dir, at t = 1, is outside of the sphere.
+bool ends_outside(const double (&org)[3], const double (&dir)[3], double radius) {
+    double square = 0;
+    for (int k = 0; k < 3; ++k) square += (org[k] + dir[k]) * (org[k] + dir[k]);
+    return square > radius * radius;
+}
+
 void intersect_sphere(const RTCIntersectFunctionNArguments* arguments) {
     const Surface& sphere = static_cast<const SpherePrimitive*>(arguments->geometryUserPtr)->surface;
     const auto& context = *static_cast<const QueryContext*>(arguments->context);
@@ -66,8 +73,9 @@ void intersect_sphere(const RTCIntersectFunctionNArguments* arguments) {
             dir[k] = segments.dir[k][segment];
         }
         float& far = RTCRayN_tfar(ray, n, i);
-        const bool has_margin = segments.margin > 0 && segments.ignored[segment] != arguments->geomID;
-        const double t = first_intersection(org, dir, sphere.radius, has_margin ? segments.margin : 0, double(RTCRayN_tnear(ray, n, i)),
+        const bool is_ignored = segments.margin > 0 && segments.ignored[segment] == arguments->geomID;
+        if (is_ignored && ends_outside(org, dir, sphere.radius)) continue;
+        const double t = first_intersection(org, dir, sphere.radius, segments.margin, double(RTCRayN_tnear(ray, n, i)),
                                             double(far));
         if (std::isnan(t)) continue;
         const float old_far = far;

@@ -18,8 +18,8 @@ struct MeasuredMethod {
 
 /// A search. The trial's rays are a sparse grid of the film's rays. Two methods, which must agree, give their reference
 /// ends. Each candidate is then traced with several steps. It must also keep the errors of rays at the edge of a shadow
-/// small, which are few but magnify errors most. The search does at most a third of the operations of the picture, or as
-/// many as take some hundredths of a second, and ends at the time limit.
+/// small, which are few but magnify errors most. The search does at most a third of the operations of the picture, or
+/// as many as take some hundredths of a second, and ends at the time limit.
 class MethodSearch {
 public:
     MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)

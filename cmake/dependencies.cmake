@@ -6,7 +6,6 @@ find_package(TBB REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(assimp REQUIRED)
 # pkg-config is used for OpenImageIO, because its CMake package requires tools and OpenCV headers that kagero does not
 # need.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)

@@ -12,7 +12,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 29;
+inline constexpr std::uint32_t abi_version = 30;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -193,6 +193,9 @@ struct Formula {
     std::int32_t parts[2];         ///< H_A and H_B with H = H_A + H_B; both are stated, or neither.
     double level;                  ///< H0.
     double pt;
+    /// For each node that is a min, max or abs: the typical magnitude of the difference of the arguments, or of the
+    /// argument of an abs; null: 1.
+    const double* branch_magnitudes = nullptr;
     std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
     const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.
 };

@@ -16,6 +16,9 @@ enum class Op : std::uint8_t {
 #undef KAGERO_OPERATION
 };
 
+/// Returns true if the derivatives of the operation jump where it changes its branch.
+constexpr bool has_branches(Op op) { return op == Op::min || op == Op::max || op == Op::abs; }
+
 namespace detail {
 
 template <Op op>

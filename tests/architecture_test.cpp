@@ -204,11 +204,10 @@ TEST(Program, UsesEachLibraryInOneFolder) {
     const std::vector<std::pair<const char*, const char*>> folders{
         {"OpenImageIO/", "src/film/openimageio/"},
         {"toml++/", "src/scene/toml.cpp"},
-        {"assimp/", "src/geometry/mesh.cpp"},
         {"CLI/", "src/cli/"},
         {"rtcore.h", "src/geometry/"},
         {"nlohmann/", "src/report/"},
-        {"nlohmann/", "src/geometry/gltf_check.cpp"},
+        {"nlohmann/", "src/geometry/files/gltf/"},
     };
     for (const Source& source : sources_below("src"))
         for (const std::string& name : source.includes) {

@@ -38,19 +38,30 @@ struct FormulaTape {
         if (formula.length_scale >= 0)
             event_functions[index_max_step_length] = expression(formula.length_scale, value_only);
     }
+    /// Records the switching function of H and returns its node: the product, over every min, max and abs on which H
+    /// depends, of the difference of the arguments, or of the argument of an abs. Each factor is divided by its typical
+    /// magnitude. Returns −1 if there are none.
+    int switching_function() {
+        if (compiled) return -1;
+        const std::array<bool, max_formula_nodes> needed = nodes_needed_by(formula.energy);
+        int product = -1;
+        for (std::int32_t i = 0; i <= formula.energy && !tape.full; ++i) {
+            const FormulaNode& n = formula.nodes[i];
+            if (!needed[i] || !has_branches(n.op)) continue;
+            const double magnitude = formula.branch_magnitudes ? formula.branch_magnitudes[i] : 1;
+            const int argument = expression(n.a, value_only),
+                      difference = n.op == Op::abs ? argument : tape.sub(argument, expression(n.b, value_only)),
+                      scaled = tape.mul(tape.constant(1 / magnitude), difference);
+            product = product < 0 ? scaled : tape.mul(product, scaled);
+        }
+        return product;
+    }
     /// Use of an expression: its derivatives are needed, or only its value.
     enum Use { differentiated, value_only };
     /// Records the expression whose last formula node is `root`, and returns its node on the tape. Only formula nodes
     /// on which the expression depends are recorded.
     int expression(std::int32_t root, Use use = differentiated) {
-        std::array<bool, max_formula_nodes> needed{};
-        needed[root] = true;
-        for (std::int32_t i = root; i >= 0; --i) {
-            const FormulaNode& n = formula.nodes[i];
-            if (!needed[i] || detail::is_leaf(n.op)) continue;
-            needed[n.a] = true;
-            if (n.b >= 0) needed[n.b] = true;
-        }
+        const std::array<bool, max_formula_nodes> needed = nodes_needed_by(root);
         std::array<int, max_formula_nodes> tape_node{};
         for (std::int32_t i = 0; i <= root && !tape.full; ++i) {
             const FormulaNode& n = formula.nodes[i];
@@ -64,6 +75,18 @@ struct FormulaTape {
     }
 
 private:
+    /// Returns for each formula node whether the node `root` depends on it.
+    std::array<bool, max_formula_nodes> nodes_needed_by(std::int32_t root) const {
+        std::array<bool, max_formula_nodes> needed{};
+        needed[root] = true;
+        for (std::int32_t i = root; i >= 0; --i) {
+            const FormulaNode& n = formula.nodes[i];
+            if (!needed[i] || detail::is_leaf(n.op)) continue;
+            needed[n.a] = true;
+            if (n.b >= 0) needed[n.b] = true;
+        }
+        return needed;
+    }
     /// Records √s for the node s and returns its node. The tape usually computes √s as s · (1/√s), which is NaN at s =
     /// 0. Here this is done only if the tape already contains 1/√s.
     int record_sqrt(int s) {
@@ -141,6 +164,10 @@ bool write_main_programs(const Formula& f, const RerecordedHamiltonian* compiled
     std::array<int, event_function_count> event_functions =
         record_event_functions(t, formula_tape.input, hamiltonian, rescaling, f.level, g);
     formula_tape.record_events(g, event_functions);
+    const int switching = formula_tape.switching_function();
+    p.has_kinks = switching >= 0;
+    if (p.has_kinks) event_functions[index_switching] = switching;
+    if (p.has_kinks && !t.full && !write(t, std::array{switching}, all_inputs, p.switching_function)) return false;
     if (t.full || !write(t, std::array{residual}, all_inputs, p.energy_residual)) return false;
     p.derivative_nodes = gradient_nodes(t, g);
     std::array<int, formula_function_count> with_rescaling{};

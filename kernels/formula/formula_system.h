@@ -209,6 +209,13 @@ public:
         if (rescaled) formula::evaluate(programs_.time_rescaling_factor, s.y, out);
         return out[0];
     }
+    /// Returns the switching function, which is zero on the kinks of H; 1 if H has none.
+    template <class V>
+    V switching_function(const State<V>& s) const {
+        V out[1] = {V(S(1))};
+        if (programs_.has_kinks) formula::evaluate(programs_.switching_function, s.y, out);
+        return out[0];
+    }
     /// Returns the event functions at s.
     template <class V>
     EventFunctions<V> event_functions(const State<V>& s) const {

@@ -31,6 +31,8 @@ struct SpaceKernel {
     void (*construct)(SystemStorage&, const double* parameters);
     /// True if H or its derivatives jump where RayState::switching changes sign; steps then end at the sign change.
     bool discontinuous;
+    /// True if the derivatives of a formula jump where RayState::switching changes sign (kernels/events/kinks.h).
+    bool kinked = false;
     /// True if no step may be longer than RayState::max_step_length.
     bool bounds_steps;
     /// True if H declares a domain: rays end where RayState::domain ≤ 0.

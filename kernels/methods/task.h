@@ -95,7 +95,7 @@ private:
         if (kernel.bounded) copy(to.domain, from.domain);
         if (kernel.capturing) copy(to.captured, from.captured);
         if (kernel.bounds_steps) copy(to.max_step_length, from.max_step_length);
-        if (kernel.discontinuous) copy(to.switching, from.switching);
+        if (kernel.discontinuous || kernel.kinked) copy(to.switching, from.switching);
     }
 };
 

@@ -8,6 +8,7 @@
 
 #include "kernels/events/event_detector.h"
 #include "kernels/events/event_refiner.h"
+#include "kernels/events/kinks.h"
 #include "kernels/trace/escaping_rays.h"
 #include "kernels/trace/ray_end_writer.h"
 #include "kernels/trace/ray_loader.h"
@@ -52,7 +53,7 @@ public:
     PacketTracer(const Task<V>& task, Counters& counters)
         : task_(task), counters_(counters), algorithm_(trace_algorithm_of<Events>(task)),
           writer_(task, packet_, counters), loader_(task, packet_, writer_), control_(task, packet_, writer_),
-          detector_(task), discontinuity_(task) {
+          detector_(task), discontinuity_(task), kinks_(task) {
         writer_.set_scene(detector_.scene());
     }
 
@@ -100,6 +101,7 @@ private:
     void escape();
     void advance();
     std::uint64_t split(std::uint64_t moving);
+    std::uint64_t pass_kinks();
     void end_at_step_end(const Detected<Events>& found);
     void next(std::uint64_t moving, std::uint64_t continuing);
     void refine_events();
@@ -117,6 +119,7 @@ private:
     StepControl<V, Events> control_;
     EventDetector<V, Events> detector_;
     DiscontinuitySearch<V> discontinuity_;
+    KinkSearch<V> kinks_;
     std::optional<EventRefiner<V, Events>> refiner_;  ///< Exists only if a ray of the packet takes steps.
 };
 
@@ -171,8 +174,9 @@ void PacketTracer<V, Events>::advance() {
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(packet_.active));
 
     task_.step(state);                                           // step
-    std::uint64_t moving = control_.accept();                    // accept: rejected steps are repeated
-    if (Discontinuity::exists(task_)) moving &= ~split(moving);  // split: steps end on the discontinuity
+    const std::uint64_t repeated = task_.kernel.kinked ? pass_kinks() : 0;  // split: steps end before kinks
+    std::uint64_t moving = control_.accept(repeated);                       // accept: rejected steps are repeated
+    if (Discontinuity::exists(task_)) moving &= ~split(moving);             // or on the discontinuity
 
     const V steps = packet_.steps + V(S(1));                     // detect
     const Detected<Events> found = detector_.detect(state, moving, steps, refiner_->deferred);
@@ -195,6 +199,22 @@ std::uint64_t PacketTracer<V, Events>::split(std::uint64_t moving) {
     const SplitSteps<V> shorter = discontinuity_.split(packet_.state, moving, control_.first_tries());
     control_.repeat(shorter.lanes, shorter.length);
     return shorter.lanes;
+}
+
+/// Schedules the repetition of steps that cross a kink, so that they end before it, and keeps the step lengths of rays
+/// that pass a kink in one short step. Ends the rays whose H jumps there. Returns the lanes whose step is not accepted.
+template <class V, class Events>
+std::uint64_t PacketTracer<V, Events>::pass_kinks() {
+    const KinkSteps<V> kinks = kinks_.find(packet_.state, packet_.active);
+    control_.repeat(kinks.shortened, kinks.length);
+    std::uint64_t ended = kinks.shortened & ~packet_.active;
+    if (kinks.passing) {
+        const std::uint64_t jumping = kinks.passing & ~to_bits(packet_.state.energy_is_conserved);
+        if (jumping) writer_.fail_at_step_start(jumping, Failure::hamiltonian_jumps);
+        ended |= jumping;
+        control_.keep_length(kinks.passing & ~jumping);
+    }
+    return kinks.shortened | ended;
 }
 
 /// Ends the rays whose event takes place at the end of their step.

@@ -22,6 +22,7 @@ public:
     void begin(std::uint64_t lanes) {
         repeated_ &= ~lanes;
         rejected_ &= ~lanes;
+        keeping_length_ &= ~lanes;
         for (const int i : lanes_in(lanes)) {
             halvings_[i] = rejections_[i] = 0;
             halvings_of_ray_[i] = 0;
@@ -40,8 +41,8 @@ public:
 
     /// Returns the lanes whose step is accepted. A step is rejected and halved if its implicit equations have no
     /// solution, if its end is not finite, or if it does not conserve H. A method with step control also rejects steps
-    /// with too large an error and proposes another length.
-    std::uint64_t accept() {
+    /// with too large an error and proposes another length. The steps of `excluded` have been rejected already.
+    std::uint64_t accept(std::uint64_t excluded = 0) {
         const StepperState<V>& step = packet_.state;
         const std::uint64_t finite = to_bits(is_finite(sum_of_all(step.end, step.end.velocity))),
                             solved = to_bits(step.solved);
@@ -51,13 +52,17 @@ public:
         // H is undefined beyond the edge of the medium.
         const std::uint64_t not_conserved =
             step.options.test_energy ? accepted & ~to_bits(step.energy_is_conserved | (step.end.domain <= V(S(0)))) : 0;
-        std::uint64_t moving = packet_.active & finite & solved & ~not_conserved;
-        if (moving != packet_.active)
-            halve(packet_.active & ~moving, packet_.active & ~solved, not_conserved & finite & solved);
+        const std::uint64_t tried = packet_.active & ~excluded;
+        std::uint64_t moving = tried & finite & solved & ~not_conserved;
+        if (moving != tried) halve(tried & ~moving, tried & ~solved, not_conserved & finite & solved);
         if (adaptive) {
             repeat(moving & ~accepted, step.suggested_length);
             moving &= accepted;
+            // A short step that passes a kink says nothing about the length of the next one.
+            const MaskOf<V> keeping = from_bits<V>(moving & keeping_length_);
             packet_.step_length = select(from_bits<V>(moving), step.suggested_length, packet_.step_length);
+            packet_.step_length = select(keeping, kept_length_, packet_.step_length);
+            keeping_length_ &= ~moving;
         }
         return stalled_.exist ? moving & ~end_stalled(moving) : moving;
     }
@@ -65,6 +70,7 @@ public:
     /// rejections in a row.
     void repeat(std::uint64_t lanes, const V& length) {
         if (!lanes) return;
+        kept_length_ = select(from_bits<V>(lanes & ~rejected_), packet_.state.h, kept_length_);
         repeated_ |= lanes;
         rejected_ |= lanes;
         std::uint64_t failed = 0;
@@ -73,6 +79,8 @@ public:
         restart(lanes, length);
         if (failed) writer_.fail_rays(failed, failed, 0);
     }
+    /// Keeps, after the accepted steps of `lanes`, the step length that these rays had before.
+    void keep_length(std::uint64_t lanes) { keeping_length_ |= lanes; }
     /// Returns the lanes whose step is the first try from its start.
     std::uint64_t first_tries() const { return ~rejected_; }
     /// Resets the repetition counters of `lanes` after an accepted step.
@@ -192,6 +200,8 @@ private:
     StalledRays<V> stalled_;
     std::uint64_t repeated_ = 0;  ///< Lanes whose current step is a repetition with another length.
     std::uint64_t rejected_ = 0;  ///< Lanes whose step has been rejected by `repeat`.
+    std::uint64_t keeping_length_ = 0;  ///< Lanes whose next step has the length `kept_length_`.
+    V kept_length_ = S(0);              ///< Length of the first try of the step, if it was rejected.
     std::uint8_t halvings_[W] = {}, rejections_[W] = {};  ///< Counts for the current step of each lane.
     std::uint16_t halvings_of_ray_[W] = {};               ///< Halvings of all steps of each ray.
 };

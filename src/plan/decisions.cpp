@@ -2,6 +2,7 @@
 
 #include "error.h"
 #include "film/film.h"
+#include "plan/formula_space.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,7 @@ HamiltonianInfo integrated_properties(const Scene& scene) {
         info.captures = !formula->capture.empty();
         info.bounds_steps = !formula->length_scale.empty();
         info.rescales = formula->parsed.rescale >= 0;
+        info.discontinuous = has_kinks(*formula);
     }
     if (!scene.programs.empty()) {
         info.rescales = true;
@@ -236,7 +238,7 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
                                   : "the space declares no length scale");
     list.add(rays_bend && properties.discontinuous, "splitting of steps at discontinuities of H or its derivatives",
              !rays_bend                        ? all_rays_straight
-             : scene.description.space.formula ? "a formula declares no discontinuity"
+             : scene.description.space.formula ? "H contains no min, max or abs"
                                                : "H is smooth");
     list.add(rays_bend && std::isfinite(job_of(scene, {}, run).bending_radius),
              "one step through the whole region in which rays are straight",

@@ -1,8 +1,10 @@
 #include "plan/formula_space.h"
 
 #include "formula/nodes.h"
+#include "kernels/operation.h"
 #include "scene/vector3.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -24,10 +26,52 @@ std::vector<double> compile_nodes(Formula formula, const FormulaScope& scope, co
     return programs;
 }
 
+/// Returns Formula::branch_magnitudes: medians at some points whose distance from the origin is at most `size`.
+std::vector<double> branch_magnitudes(const FormulaDescription& formula, double size) {
+    constexpr int points = 48;
+    std::vector<double> magnitudes(formula.scope.nodes.size(), 1);
+    for (std::size_t i = 0; i < magnitudes.size(); ++i) {
+        const FormulaNode& node = formula.scope.nodes[i];
+        if (!has_branches(node.op)) continue;
+        std::vector<double> values;
+        for (int k = 0; k < points; ++k) {
+            // The directions are spread evenly over the sphere, and the distances over two orders of magnitude.
+            const double height = 2 * (k + 0.5) / points - 1, width = std::sqrt(1 - height * height),
+                         angle = 2.39996 * k, distance = size * std::pow(0.01, double((7 * k) % points) / points);
+            const FormulaPoint point{distance * width * std::cos(angle), distance * width * std::sin(angle),
+                                     distance * height, 1, 0.5, 0.25, formula.parsed.pt};
+            const double other = node.op == Op::abs ? 0 : evaluate(formula.scope, node.b, point);
+            const double difference = std::abs(evaluate(formula.scope, node.a, point) - other);
+            if (difference > 0 && std::isfinite(difference)) values.push_back(difference);
+        }
+        if (values.empty()) continue;
+        const auto median = values.begin() + std::ptrdiff_t(values.size() / 2);
+        std::nth_element(values.begin(), median, values.end());
+        magnitudes[i] = *median;
+    }
+    return magnitudes;
+}
+
 }  // namespace
 
-std::vector<double> compile_formula(const FormulaDescription& description, const Module& module) {
-    return compile_nodes(description.parsed, description.scope, module, description.location, "space.H");
+std::vector<double> compile_formula(const FormulaDescription& description, const Module& module, double size) {
+    const std::vector<double> magnitudes = branch_magnitudes(description, size);
+    Formula formula = description.parsed;
+    formula.branch_magnitudes = magnitudes.data();
+    return compile_nodes(formula, description.scope, module, description.location, "space.H");
+}
+
+bool has_kinks(const FormulaDescription& formula) {
+    std::vector<bool> needed(formula.scope.nodes.size());
+    needed[std::size_t(formula.parsed.energy)] = true;
+    for (std::int32_t i = formula.parsed.energy; i >= 0; --i) {
+        const FormulaNode& node = formula.scope.nodes[std::size_t(i)];
+        if (!needed[std::size_t(i)] || node.op == Op::constant || node.op == Op::input) continue;
+        if (has_branches(node.op)) return true;
+        needed[std::size_t(node.a)] = true;
+        if (node.b >= 0) needed[std::size_t(node.b)] = true;
+    }
+    return false;
 }
 
 std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space) {

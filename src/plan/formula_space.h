@@ -6,8 +6,12 @@
 
 namespace kagero {
 
-/// Returns the programs of a formula. Throws InputError if the formula is too large.
-std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module);
+/// Returns the programs of a formula. `size` is the greatest distance of rays from the origin. Throws InputError if the
+/// formula is too large.
+std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module, double size);
+
+/// Returns true if H has kinks: if it depends on a min, max or abs.
+bool has_kinks(const FormulaDescription& formula);
 
 /// Returns the programs of Ω(H − H0), where H is a built-in Hamiltonian and Ω is the expression `integrator.rescale`.
 /// Throws InputError if the programs are too large.

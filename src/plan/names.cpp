@@ -86,6 +86,9 @@ const char* describe(Failure failure) {
         case Failure::steps_vanish:
             return "the steps become so short that the ray makes no progress; H may be singular or may jump here: "
                    "state space.domain or space.capture before this point";
+        case Failure::hamiltonian_jumps:
+            return "H jumps here, where a min, max or abs changes its branch, and no ray can cross a jump; replace it "
+                   "by a steep but continuous change, or end the rays here by space.domain or space.capture";
     }
     return "unknown failure";
 }

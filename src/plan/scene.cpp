@@ -24,15 +24,15 @@ std::uint32_t hamiltonian_index(const Module& module, const std::string& name) {
 }
 
 /// Returns the space with its parameters as the kernels need them. `sign_of_time` is −1 if time is reversed. Parameters
-/// that are odd under time reversal, such as a spin, then change sign.
-Space make_space(const SpaceDescription& description, const Module& module, double sign_of_time) {
+/// that are odd under time reversal, such as a spin, then change sign. `size` is that of compile_formula.
+Space make_space(const SpaceDescription& description, const Module& module, double sign_of_time, double size) {
     Space space{&module, hamiltonian_index(module, description.hamiltonian), {}, sign_of_time};
     const HamiltonianInfo& info = space.info();
     for (std::size_t i = 0; i < description.parameters.size(); ++i) {
         const double value = description.parameters[i].second;
         space.parameters.push_back(info.parameters[i].flips_under_time_reversal ? sign_of_time * value : value);
     }
-    if (description.formula) space.parameters = compile_formula(*description.formula, module);
+    if (description.formula) space.parameters = compile_formula(*description.formula, module, size);
     return space;
 }
 
@@ -121,7 +121,7 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     convert_lengths(description, info, scene->unit);
     scene->description = std::move(description);
     const SceneDescription& s = scene->description;
-    scene->space = make_space(s.space, module, time_sign(s.camera, options, purpose));
+    scene->space = make_space(s.space, module, time_sign(s.camera, options, purpose), s.integrator.escape_radius);
     if (s.space.formula) scene->description.integrator = with_scaled_steps(*scene);
     scene->straight = scene->space.is_straight();
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);

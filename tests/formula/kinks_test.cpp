@@ -1,0 +1,88 @@
+// Tests of formulas whose derivatives jump because of a min, max or abs. Steps end just before such a kink and pass it
+// in one short step, so that every method keeps its order. A formula whose value jumps is reported.
+#include "tests/support/plan_fixture.h"
+#include "tests/support/program.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace kagero::test {
+namespace {
+
+/// A parabolic layer of the ionosphere, 0.6 (1 − (z − 3)²), below and above which there is no plasma.
+const char* const layer =
+    "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 + 0.6*max(0, 1 - (z - 3)^2))\"\n"
+    "[integrator]\nescape_radius = 12\n[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0.4]\nup = [0, 0, 1]\n"
+    "[film]\nsize = [16, 12]\n";
+
+/// Direction of a ray that leaves the layer, and the point of its line at z = 0 or z = 4.
+struct Exit {
+    double pz, x;
+};
+
+/// Returns the exit of the ray from the origin with the momentum (px, 0, pz), where px² + pz² = 1. In the layer, z − 3
+/// is a sum of cosh(kλ) and sinh(kλ) with k² = 0.6. A ray with pz < k is reflected.
+Exit exit_of(double px, double pz) {
+    const double k = std::sqrt(0.6), to_layer = 2 / pz;
+    if (pz < k) return {-pz, px * (2 * to_layer + 2 / k * std::atanh(pz / k))};
+    return {pz, px * (to_layer + 2 / k * std::atanh(k / pz))};
+}
+
+class Kinks : public ProgramTest {
+protected:
+    /// Returns the greatest error of two rays, of which one is reflected and one passes the layer.
+    static double error_with(const Overrides& overrides) {
+        const auto plan = plan_of_text(layer, overrides, {}, false);
+        double greatest = 0;
+        for (const double pz : {0.4, 0.85}) {
+            const double px = std::sqrt(1 - pz * pz);
+            std::vector<RayEnd> ends;
+            trace(*plan, start_rays(*plan, {{{0, 0, 0}, {px, 0, pz}}}), ends);
+            EXPECT_EQ(ends[0].status, Status::escaped);
+            const Exit expected = exit_of(px, pz);
+            const RayEnd& end = ends[0];
+            const double z = expected.pz > 0 ? 4 : 0;
+            const double x = end.q[0] + (z - end.q[2]) / end.p[2] * end.p[0];
+            greatest = std::max({greatest, std::abs(end.p[2] - expected.pz), std::abs(x - expected.x)});
+        }
+        return greatest;
+    }
+};
+
+TEST_F(Kinks, DoNotReduceTheAccuracyOfStepControl) {
+    EXPECT_LT(error_with({}), 1e-9);
+    EXPECT_LT(error_with({"integrator.method=dp54", "integrator.tolerance=1e-11"}), 1e-9);
+}
+
+TEST_F(Kinks, DoNotReduceTheOrderOfMethodsWithFixedSteps) {
+    const auto error_of = [](const std::string& method, double step) {
+        return error_with({"integrator.method=" + method, "integrator.step=" + std::to_string(step)});
+    };
+    struct {
+        const char* method;
+        double step, order;
+    } const cases[] = {{"verlet", 0.1, 2}, {"rk4", 0.2, 4}, {"dp5", 0.2, 5}, {"gauss4", 0.2, 4}};
+    for (const auto& [method, step, order] : cases) {
+        SCOPED_TRACE(method);
+        const double coarse = error_of(method, step), fine = error_of(method, step / 8);
+        EXPECT_GT(std::log2(coarse / fine) / 3, order - 0.4) << coarse << ' ' << fine;
+    }
+    EXPECT_LT(error_of("gauss8", 0.4), 1e-10);
+}
+
+TEST_F(Kinks, AreReportedIfHJumpsThere) {
+    write("jump.toml",
+          "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1 + 0.2*(1 + u/abs(u)))^2)\"\n"
+          "[space.let]\nu = \"1 - x^2 - y^2 - z^2\"\n[integrator]\nescape_radius = 8\n[camera]\nposition = [-3, 0, 0]\n"
+          "look_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n");
+    write("rays.csv", "x,y,z,dx,dy,dz\n-3,0.4,0,1,0,0\n-3,0.99,0,1,0,0\n-3,1.2,0,1,0,0\n");
+    const Outcome outcome = run("trace jump.toml --rays rays.csv");
+    const auto rows = lines_of(outcome.out);
+    for (const std::size_t row : {1, 2}) EXPECT_NE(rows.at(row).find("H jumps here"), std::string::npos) << rows[row];
+    EXPECT_NE(rows.at(3).find("escaped"), std::string::npos);
+    EXPECT_NE(outcome.err.find("H jumps here"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace kagero::test

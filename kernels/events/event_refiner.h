@@ -5,6 +5,7 @@
 /// method (`Task::correction_step`). Errors of position and direction at the event are of the order of the method.
 #pragma once
 
+#include "kernels/events/extrapolation.h"
 #include "kernels/events/hit_confirmation.h"
 
 #include <type_traits>
@@ -42,8 +43,23 @@ public:
         const StepEnd<V> missed_ends = d.step;
         refine_lanes(from_bits<V>(d.lanes & ~missed), full_length, hits & ~missed);
         static_cast<StepEnd<V>&>(d.step).copy_lanes(missed_ends, from_bits<V>(missed));
+        // A ray whose hit of a sphere cannot be refined may pass the sphere.
+        if (const std::uint64_t unsure = hits & (failed | unrefined); unsure && d.level_set.curved) {
+            const std::uint64_t passing = confirmation.follow_unsure_rays(d, whole_step, unsure);
+            missed |= passing;
+            failed &= ~passing;
+            unrefined &= ~passing;
+        }
         const std::uint64_t refined = hits & ~(failed | unrefined | missed);
-        if (refined) missed |= confirmation.confirm(d, refined);
+        if (!refined) return;
+        std::uint64_t passed = 0;
+        if (const std::uint64_t others = confirmation.confirm(d, refined, passed)) {
+            const StepEnd<V> ends = d.step;
+            d.step.copy_lanes(whole_step, from_bits<V>(others));
+            refine_lanes(from_bits<V>(others), full_length, others);
+            static_cast<StepEnd<V>&>(d.step).copy_lanes(ends, !from_bits<V>(others));
+        }
+        missed |= passed;
     }
 
     /// Returns, for each event, the lanes that have crossed this event before their refined event. The position of an
@@ -88,6 +104,9 @@ private:
         const MaskOf<V> with_value = from_bits<V>(value_bits), with_level_set = mask & !with_value;
         decreasing_ = d.level_set.slope(chord_point, chord) < V(S(0));
         const MaskOf<V> spheres = with_level_set & (abs(d.level_set.a) > V(S(0)));
+        // A ray that starts outside of a ball enters it; the chord may be nearly parallel to the surface.
+        const MaskOf<V> starts_outside = d.level_set.value(whole_step.start.q()) > V(S(0));
+        decreasing_ = decreasing_ | (from_bits<V>(hits) & spheres & starts_outside);
         d.event_fraction = project_to_curve(estimate, spheres, chord_point, chord);
         const std::uint64_t not_on_curve = refine_on_curve(with_level_set);
         if (value_bits) refine_by_value(with_value, full_length);
@@ -194,7 +213,7 @@ private:
                              const V& full_length) {
         DeferredEvents<V, Events>& d = deferred;
         StepperState<V>& step = d.step;
-        const V zero(S(0)), rounding = V(S(4)) * position_rounding(full_length),
+        const V zero(S(0)), rounding = V(S(4)) * position_rounding(whole_step, d.step.end.q(), full_length),
                 limit = max(V(S(0.25) * std::sqrt(machine_epsilon<S>)), rounding), first_limit = first_limit_for(limit);
         MaskOf<V> moving = mask & !with_value, open = moving & !from_bits<V>(not_on_curve);
         StepEnd<V> refined = step;
@@ -231,19 +250,6 @@ private:
         if (method.order <= 5 && !method.symplectic && !task_.straight) return max(V(S(1e-3)), limit);
         return std::is_same_v<S, float> ? limit : V(S(0));
     }
-    /// Returns a number that is finite if the momentum is finite.
-    static V sum_of_momenta(const State<V>& state) {
-        const Vec3<V> p = state.p();
-        return p.x + p.y + p.z;
-    }
-    /// Returns the rounding error of the position, as a fraction of the step.
-    V position_rounding(const V& full_length) const {
-        const Vec3<V> q = deferred.step.end.q(), &v = whole_step.start.velocity;
-        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
-        const V rounding = V(machine_epsilon<S>) * size / (speed * abs(full_length));
-        return select(is_finite(rounding), rounding, V(S(0)));
-    }
-
     /// Finds the zero of each lane's value by the secant method. Every trial step begins at the start of the step,
     /// because the state beyond the event may be undefined. When the secant moves by less than `margin`, the next trial
     /// moves by `margin`, so that two close trials enclose the event. If they do not, the step is discontinuous at the

@@ -1,4 +1,4 @@
-/// Extrapolation of rays from the end of a step to a surface that is very close.
+/// Extrapolation of rays from the end of a step to a surface that is very close, and the rounding error of a position.
 #pragma once
 
 #include "kernels/integrators/stepper_state.h"
@@ -27,6 +27,23 @@ void extrapolate(const StepperState<V>& step, const LevelSet<V>& level_set, cons
     extrapolate_value(step.start.velocity.y, step.end.velocity.y, refined.end.velocity.y);
     extrapolate_value(step.start.velocity.z, step.end.velocity.z, refined.end.velocity.z);
     extrapolate_value(step.start.parameter, step.end.parameter, refined.end.parameter);
+}
+
+/// Returns a number that is finite if the momentum is finite.
+template <class V>
+V sum_of_momenta(const State<V>& state) {
+    const Vec3<V> p = state.p();
+    return p.x + p.y + p.z;
+}
+
+/// Returns the rounding error of the position q, as a fraction of the step.
+template <class V>
+V position_rounding(const Step<V>& step, const Vec3<V>& q, const V& full_length) {
+    using S = ScalarOf<V>;
+    const Vec3<V>& v = step.start.velocity;
+    const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    const V rounding = V(machine_epsilon<S>) * size / (speed * abs(full_length));
+    return select(is_finite(rounding), rounding, V(S(0)));
 }
 
 }  // namespace kagero

@@ -5,7 +5,6 @@
 #pragma once
 
 #include "kernels/events/deferred_events.h"
-#include "kernels/events/extrapolation.h"
 #include "kernels/intersection/segment_query.h"
 #include "kernels/intersection/triangle.h"
 
@@ -21,20 +20,18 @@ public:
     explicit HitConfirmation(const Task<V>& task) : task_(task) {}
 
     /// Confirms the refined hits of `hits`. A ray that passes its triangle on the outside hits another triangle nearby,
-    /// or it has missed. Returns the lanes that have missed.
-    std::uint64_t confirm(DeferredEvents<V, Events>& d, std::uint64_t hits) const {
+    /// which replaces the first one, or it has missed. Sets `missed` and returns the lanes with another triangle; they
+    /// must be refined again.
+    std::uint64_t confirm(DeferredEvents<V, Events>& d, std::uint64_t hits, std::uint64_t& missed) const {
         const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
         const std::uint64_t outside =
             hits & ~confirmed_hits<V>(geometry().surfaces, d.surface, d.primitive, hits, q, v, 1 / geometry().scale);
-        if (!outside) return 0;
-        const std::uint64_t found = find_nearby(outside, q, v, d.surface, d.primitive);
-        if (!found) return outside;
-        const LevelSet<V> planes = level_sets_of<V>(geometry().surfaces, d.surface, d.primitive, found);
-        d.level_set.assign_lanes(from_bits<V>(found), planes);
-        StepEnd<V> moved = d.step;
-        extrapolate(d.step, d.level_set, -planes.value(q) / planes.slope(q, v), from_bits<V>(found), moved);
-        static_cast<StepEnd<V>&>(d.step).copy_lanes(moved, from_bits<V>(found));
-        return outside & ~found;
+        const std::uint64_t found = outside ? find_nearby(outside, q, v, d.surface, d.primitive) : 0;
+        if (found)
+            d.level_set.assign_lanes(from_bits<V>(found),
+                                     level_sets_of<V>(geometry().surfaces, d.surface, d.primitive, found));
+        missed = outside & ~found;
+        return found;
     }
 
     /// Follows rays that pass close to a sphere to the point nearest to its centre. Returns the lanes that stay
@@ -42,21 +39,40 @@ public:
     std::uint64_t follow_grazing_rays(DeferredEvents<V, Events>& d, std::uint64_t hits) const {
         const MaskOf<V> spheres = from_bits<V>(hits) & (abs(d.level_set.a) > V(S(0)));
         V closest;
-        const MaskOf<V> rays = grazing(d.curve, d.level_set, d.lo, d.hi, d.event_fraction, spheres, closest);
+        const MaskOf<V> rays = grazing(d, spheres, closest);
         if (!any(rays)) return 0;
         const Step<V> whole_step = d.step;
         const V full_length = d.step.h;
-        move_to_closest(d.step, d.level_set, rays, full_length, closest);
+        const MaskOf<V> found = move_to_closest(d.step, d.level_set, rays, full_length, closest);
         const Vec3<V> q = d.step.end.q();
-        const std::uint64_t missed = to_bits(rays & (d.level_set.value(q) > -height_rounding(d.level_set, q)));
+        const MaskOf<V> is_outside = d.level_set.value(q) > -height_rounding(d.level_set, q);
+        const std::uint64_t missed = to_bits(rays & found & is_outside);
         const V entry =
             closest + d.level_set.intersect_line(q, d.step.end.velocity, all_lanes<V>()).line_parameter / full_length;
-        const MaskOf<V> hit = rays & !from_bits<V>(missed);
-        d.step.copy_lanes(whole_step, hit);
+        d.step.copy_lanes(whole_step, rays & !from_bits<V>(missed));
         d.step.h = full_length;
+        const MaskOf<V> hit = rays & found & !is_outside;
         d.hi = select(hit, closest, d.hi);
         d.event_fraction = select(hit, max(entry, d.lo), d.event_fraction);
         return missed;
+    }
+
+    /// Follows those of `lanes` that have hit a sphere from outside to the point nearest to its centre. Returns the
+    /// lanes that stay outside; their step ends at that point. The other lanes are not changed.
+    std::uint64_t follow_unsure_rays(DeferredEvents<V, Events>& d, const Step<V>& whole_step,
+                                     std::uint64_t lanes) const {
+        const MaskOf<V> spheres = from_bits<V>(lanes) & (abs(d.level_set.a) > V(S(0))) &
+                                  (d.level_set.value(whole_step.start.q()) >= V(S(0)));
+        if (!any(spheres)) return 0;
+        StepperState<V> step = d.step;
+        step.copy_lanes(whole_step, spheres);
+        V closest = d.event_fraction;
+        const MaskOf<V> found = move_to_closest(step, d.level_set, spheres, whole_step.h, closest);
+        const Vec3<V> q = step.end.q();
+        const MaskOf<V> passing =
+            spheres & found & (d.level_set.value(q) > -height_rounding(d.level_set, q));
+        static_cast<StepEnd<V>&>(d.step).copy_lanes(step, passing);
+        return to_bits(passing);
     }
 
 private:
@@ -104,41 +120,49 @@ private:
         return found;
     }
 
-    /// Returns the lanes of `spheres` whose dense output between the fractions lo and hi of the step does not clearly
-    /// cross its sphere: it begins outside, and its least height is greater than −depth. Sets `closest` to the fraction
-    /// of the point nearest to the centre.
-    MaskOf<V> grazing(const Curve<V>& curve, const LevelSet<V>& sphere, const V& lo, const V& hi, const V& estimate,
-                      const MaskOf<V>& spheres, V& closest) const {
+    /// Returns the lanes of `spheres` whose step does not clearly cross its sphere: it begins outside, the least height
+    /// of the dense output between the fractions lo and hi is greater than −depth, and the ray ends outside or moves
+    /// away again. Sets `closest` to the fraction of the point nearest to the centre.
+    MaskOf<V> grazing(const DeferredEvents<V, Events>& d, const MaskOf<V>& spheres, V& closest) const {
+        const Curve<V>& curve = d.curve;
+        const LevelSet<V>& sphere = d.level_set;
+        const V &lo = d.lo, &hi = d.hi;
         const V zero(S(0)), depth(S(4 * task_.job.chord_tolerance + 1e-6 / geometry().scale));
-        closest = estimate;
+        closest = d.event_fraction;
         for (int i = 0; i < 6; ++i) {
             const Vec3<V> slope = curve.slope(closest);
             const V next = closest - dot(curve.at(closest) - sphere.center, slope) / dot(slope, slope);
             closest = select(spheres & is_finite(next), min(max(next, lo), hi), closest);
         }
-        return spheres & (sphere.value(curve.at(lo)) >= zero) & (sphere.value(curve.at(closest)) > -depth);
+        const MaskOf<V> turns_back = closest < hi - V(S(1e-3)) * (hi - lo);
+        const MaskOf<V> starts_outside = sphere.value(d.step.start.q()) >= zero,
+                        ends_outside = sphere.value(curve.at(hi)) >= zero;
+        return spheres & starts_outside & (turns_back | ends_outside) & (sphere.value(curve.at(closest)) > -depth);
     }
 
     /// Moves the rays of `lanes` to the points of their paths nearest to the centres of their spheres, by partial steps
-    /// of `step`. `fraction` is the estimated fraction of the step; it is set to the exact one.
-    void move_to_closest(StepperState<V>& step, const LevelSet<V>& sphere, const MaskOf<V>& lanes, const V& full_length,
-                         V& fraction) const {
+    /// of `step`. `fraction` is the estimated fraction of the step; it is set to the exact one. Returns the lanes in
+    /// which such a point was found.
+    MaskOf<V> move_to_closest(StepperState<V>& step, const LevelSet<V>& sphere, const MaskOf<V>& lanes,
+                              const V& full_length, V& fraction) const {
         const V zero(S(0)), limit(S(std::is_same_v<S, float> ? 1e-5 : 1e-9));
         StepEnd<V> ends = step;
         step.h = select(lanes, fraction * full_length, zero);
         if (!task_.steps_without_begin) task_.begin(step);
-        MaskOf<V> open = lanes;
+        MaskOf<V> open = lanes, valid = lanes;
         V last_rate(zero), last_correction(zero);
         for (int i = 0; i < max_corrections; ++i) {
             if (i == 0) task_.step(step);
             else task_.correction_step(step);
             ends.copy_lanes(step, open);
+            valid = valid & (step.solved | !open) & (step.energy_is_conserved | !open);
             const Vec3<V> v = step.end.velocity;
             const V rate = dot(step.end.q() - sphere.center, v), straight = -rate / dot(v, v);
             const V secant = -rate * last_correction / (rate - last_rate);
             const MaskOf<V> is_usable = is_finite(secant) & (abs(secant) < abs(full_length));
             const V correction = i == 0 ? straight : select(is_usable, secant, straight);
-            open = open & is_finite(correction) & (abs(correction) > limit * abs(full_length));
+            valid = valid & (!open | (is_finite(correction) & (abs(correction) < abs(full_length))));
+            open = open & valid & (abs(correction) > limit * abs(full_length));
             if (!any(open)) break;
             task_.begin_next(step, lanes);
             step.h = select(open, correction, zero);
@@ -147,6 +171,7 @@ private:
             last_correction = correction;
         }
         static_cast<StepEnd<V>&>(step).copy_lanes(ends, lanes);
+        return valid & !open;
     }
 
     /// Returns the rounding error of a height above the sphere.

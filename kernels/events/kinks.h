@@ -78,9 +78,12 @@ public:
     }
 
 private:
-    /// Returns the rate of change of the switching function along the tangent at the start of the step.
+    /// Returns the rate of change of the switching function along the tangent at the start of the step. The difference
+    /// is taken over a length that is large compared with the rounding errors of the position.
     V rate_at_start(const StepperState<V>& step) const {
-        const V length = V(S(1e-4)) * step.h;
+        const Vec3<V> q = step.start.q(), &v = step.start.velocity;
+        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
+        const V length = max(V(S(1e-4)) * abs(step.h), V(S(std::sqrt(machine_epsilon<S>))) * size / speed);
         State<V> ahead = step.start;
         ahead.set(advance(step.start.q(), length, step.start.velocity), step.start.p());
         return (task_.kernel.switching_function(task_.system, ahead) - step.start.switching) / length;

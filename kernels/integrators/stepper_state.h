@@ -25,7 +25,7 @@ struct RayState : State<V> {
     Vec3<V> velocity;                                        ///< dq/dτ
     V parameter;                                             ///< λ, the first carried quantity
     [[no_unique_address]] FurtherCarried<V, N - 1> further;  ///< carried quantities besides λ
-    V carried_rounding[N];                                   ///< rounding errors of the carried quantities
+    V carried_rounding[N] = {};                              ///< rounding errors of the carried quantities
     V squared_energy_terms;                                  ///< EventFunctions::squared_energy_terms
     V domain;                                                ///< ≤ 0 where the ray has left the medium
     V captured;                                              ///< ≤ 0 where the ray is captured

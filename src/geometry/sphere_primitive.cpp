@@ -3,8 +3,8 @@
 #include "kernels/intersection/query_context.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
 
 namespace kagero {
 namespace {
@@ -27,11 +27,17 @@ void bounds_of_sphere(const RTCBoundsFunctionArguments* arguments) {
     bounds.upper_z = float(upper[2]);
 }
 
-/// Returns the least t from `near` to `far` at which the segment org + t·dir meets the sphere. If it passes the sphere
-/// within `margin`, returns the t of the point nearest to the centre. Returns NaN if there is no such t. `org` is
-/// relative to the centre of the sphere.
-double first_intersection(const double (&org)[3], const double (&dir)[3], double radius, double margin, double near,
-                          double far) {
+/// Values of t at which a segment org + t·dir may hit a sphere, in ascending order.
+struct Candidates {
+    std::array<double, 2> t{};
+    int count = 0;
+    void add(double value) { t[std::size_t(count++)] = value; }
+};
+
+/// Returns the values of t from `near` to `far` at which the segment org + t·dir meets the sphere. If it passes the
+/// sphere within `margin`, returns the t of the point nearest to the centre. `org` is relative to the centre.
+Candidates intersections(const double (&org)[3], const double (&dir)[3], double radius, double margin, double near,
+                         double far) {
     const double length2 = dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2];
     const double middle = -(org[0] * dir[0] + org[1] * dir[1] + org[2] * dir[2]) / length2;
     double nearest2 = 0;  // squared distance of the line from the centre
@@ -39,15 +45,16 @@ double first_intersection(const double (&org)[3], const double (&dir)[3], double
         const double x = org[k] + middle * dir[k];
         nearest2 += x * x;
     }
+    Candidates candidates;
     const double half2 = (radius * radius - nearest2) / length2;
     if (half2 >= 0) {
         const double half = std::sqrt(half2);
-        if (middle - half >= near && middle - half <= far) return middle - half;
-        if (middle + half >= near && middle + half <= far) return middle + half;
+        for (const double t : {middle - half, middle + half})
+            if (t >= near && t <= far) candidates.add(t);
     } else if (middle >= near && middle <= far && nearest2 <= (radius + margin) * (radius + margin)) {
-        return middle;
+        candidates.add(middle);
     }
-    return std::numeric_limits<double>::quiet_NaN();
+    return candidates;
 }
 
 /// Returns true if the end of the segment org + t·dir, at t = 1, is outside of the sphere.
@@ -55,6 +62,23 @@ bool ends_outside(const double (&org)[3], const double (&dir)[3], double radius)
     double square = 0;
     for (int k = 0; k < 3; ++k) square += (org[k] + dir[k]) * (org[k] + dir[k]);
     return square > radius * radius;
+}
+
+/// Calls the filter of a query with one ray, for a hit at its current end. Returns true if the filter accepts the hit.
+bool is_accepted(const RTCIntersectFunctionNArguments* arguments, RTCFilterFunctionN filter) {
+    RTCHit hit{};
+    hit.geomID = arguments->geomID;
+    hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    int valid = -1;
+    RTCFilterFunctionNArguments filtered{};
+    filtered.valid = &valid;
+    filtered.geometryUserPtr = arguments->geometryUserPtr;
+    filtered.context = arguments->context;
+    filtered.ray = RTCRayHitN_RayN(arguments->rayhit, arguments->N);
+    filtered.hit = reinterpret_cast<RTCHitN*>(&hit);
+    filtered.N = 1;
+    filter(&filtered);
+    return valid != 0;
 }
 
 void intersect_sphere(const RTCIntersectFunctionNArguments* arguments) {
@@ -72,33 +96,20 @@ void intersect_sphere(const RTCIntersectFunctionNArguments* arguments) {
             org[k] = segments.org[k][segment] - sphere.center[k];
             dir[k] = segments.dir[k][segment];
         }
-        float& far = RTCRayN_tfar(ray, n, i);
         const bool is_ignored = segments.margin > 0 && segments.ignored[segment] == arguments->geomID;
         if (is_ignored && ends_outside(org, dir, sphere.radius)) continue;
-        const double t = first_intersection(org, dir, sphere.radius, segments.margin, double(RTCRayN_tnear(ray, n, i)),
-                                            double(far));
-        if (std::isnan(t)) continue;
+        float& far = RTCRayN_tfar(ray, n, i);
         const float old_far = far;
-        far = std::min(float(t), old_far);
-        if (context.hit_filter) {
-            // A query with a filter has one ray.
-            RTCHit candidate{};
-            candidate.geomID = arguments->geomID;
-            candidate.primID = 0;
-            candidate.instID[0] = RTC_INVALID_GEOMETRY_ID;
-            int valid = -1;
-            RTCFilterFunctionNArguments filtered{};
-            filtered.valid = &valid;
-            filtered.geometryUserPtr = arguments->geometryUserPtr;
-            filtered.context = arguments->context;
-            filtered.ray = ray;
-            filtered.hit = reinterpret_cast<RTCHitN*>(&candidate);
-            filtered.N = 1;
-            context.hit_filter(&filtered);
-            if (valid == 0) {
-                far = old_far;
-                continue;
-            }
+        const Candidates candidates = intersections(org, dir, sphere.radius, segments.margin,
+                                                    double(RTCRayN_tnear(ray, n, i)), double(old_far));
+        bool is_hit = false;
+        for (int k = 0; k < candidates.count && !is_hit; ++k) {
+            far = std::min(float(candidates.t[std::size_t(k)]), old_far);
+            is_hit = !context.hit_filter || is_accepted(arguments, context.hit_filter);
+        }
+        if (!is_hit) {
+            far = old_far;
+            continue;
         }
         RTCHitN_geomID(hit, n, i) = arguments->geomID;
         RTCHitN_primID(hit, n, i) = 0;

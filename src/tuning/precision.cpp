@@ -60,15 +60,6 @@ double total_steps(const std::vector<RayEnd>& ends) {
     return steps;
 }
 
-/// Returns true if the camera is so close to a surface that rounding to float visibly changes its height.
-bool is_close_to_surface(const Plan& plan) {
-    constexpr double least_share = 1e-4;
-    const CameraRays& camera = plan.view.camera;
-    const double size = std::hypot(camera.position[0], camera.position[1], camera.position[2]) +
-                        plan.scene->geometry->diagonal();
-    return camera.clearance < least_share * size;
-}
-
 /// Returns the float kernel for the plan's method and the requested strategy and lanes; null if there is none.
 const KernelInfo* kernel_in_float(const Plan& plan) {
     KernelRequest request = plan.run.kernel_request;
@@ -124,8 +115,6 @@ Plan choose_precision(Plan plan) {
         Plan in_float = plan;
         in_float.run.kernel = kernel_in_float(plan);
         if (!in_float.run.kernel) trial.reason_for_double = "no float kernel supports the method and integrator.lanes";
-        else if (is_close_to_surface(plan))
-            trial.reason_for_double = "the camera is too close to a surface for float";
         else if (camera_needs_double(*plan.scene, plan.view))
             trial.reason_for_double = "the momentum of a camera this close to a horizon is too large for float";
         else trial.reason_for_double = reason_from_trial(plan, in_float, trial);

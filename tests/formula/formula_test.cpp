@@ -41,7 +41,7 @@ const SpacePair pairs[] = {
      "length_scale = \"0.1*max(0.1, abs(z))\"\n", {-3, 0.5, -1}},
     {"duct", "[space]\nhamiltonian = \"duct\"\n",
      "[space]\nhamiltonian = \"formula\"\nH = \"0.5*n*(px^2 + py^2 + pz^2)\"\nH0 = 0.5\n"
-     "[space.let]\nn = \"0.85 + 0.3*z^2*abs(z) + 0.03*cos(3*pi*x)\"\n", {0, 0, 0}},
+     "[space.let]\nn = \"0.85 + 0.3*(z^2 + 1e-30)^1.5 + 0.03*cos(3*pi*x)\"\n", {0, 0, 0}},
     {"kerr", "[space]\nhamiltonian = \"kerr\"\nmass = 0.25\nspin = 0.6\n",
      "[space]\nhamiltonian = \"formula\"\n"
      "H = \"0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5*f*(pt + lx*px + ly*py + z/r*pz)^2\"\n"

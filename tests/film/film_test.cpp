@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <thread>
 
 namespace {
@@ -272,6 +273,41 @@ TEST_F(FilmOnDisk, IsRefusedBeforehandIfItCannotBeWritten) {
         EXPECT_THROW(check_writable(path(name), {"color"}, greatest_size + 1, 1), InputError) << name;
     }
     EXPECT_NO_THROW(check_writable(path("a.exr"), {"color"}, 1u << 20, 1));
+}
+
+/// Returns the message with which an image is refused; empty if it is read.
+std::string refusal_of_image(const std::string& path) {
+    try {
+        read_image(path, {});
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return {};
+}
+
+// The rows of a PFM file run from the bottom to the top.
+TEST_F(FilmOnDisk, IsRefusedWithThePixelOfANumberThatIsNotFinite) {
+    std::vector<float> values(3 * 4 * 2, 0.5f);
+    values[3 * (4 + 2) + 1] = std::numeric_limits<float>::quiet_NaN();
+    std::ofstream file(path("nan.pfm"), std::ios::binary);
+    file << "PF\n4 2\n-1.0\n";
+    file.write(reinterpret_cast<const char*>(values.data()), std::streamsize(4 * values.size()));
+    file.close();
+    EXPECT_NE(refusal_of_image(path("nan.pfm")).find("not finite in pixel (2, 0)"), std::string::npos)
+        << refusal_of_image(path("nan.pfm"));
+}
+
+TEST_F(FilmOnDisk, IsRefusedWithoutTheChannelsOfAColor) {
+    OIIO::ImageSpec spec(2, 2, 2, OIIO::TypeDesc::FLOAT);
+    spec.channelnames = {"R", "G"};
+    spec.alpha_channel = -1;
+    const std::vector<float> values(8, 0.5f);
+    const auto out = OIIO::ImageOutput::create(path("two.exr"));
+    ASSERT_TRUE(out && out->open(path("two.exr"), spec));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, values.data()));
+    out->close();
+    const std::string message = refusal_of_image(path("two.exr"));
+    EXPECT_NE(message.find("has the channels R, G"), std::string::npos) << message;
 }
 
 }  // namespace

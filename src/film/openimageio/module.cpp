@@ -51,6 +51,20 @@ void expand_to_display_window(const OIIO::ImageSpec& spec, DecodedImage& image) 
     image.values = std::move(pixels);
 }
 
+/// Returns the message for an image whose channels are neither grey nor red, green and blue; empty if they are. Alpha
+/// and further channels are permitted and ignored.
+std::string unexpected_channels(const OIIO::ImageSpec& spec) {
+    const auto is_named = [&](int channel, const char* name) {
+        const std::string& full = spec.channelnames[std::size_t(channel)];  // such as R or color.R
+        return OIIO::Strutil::iequals(full.substr(full.rfind('.') + 1), name);
+    };
+    const bool is_grey = spec.nchannels == 1 || (spec.nchannels == 2 && spec.alpha_channel == 1),
+               is_color = spec.nchannels >= 3 && is_named(0, "R") && is_named(1, "G") && is_named(2, "B");
+    if (is_grey || is_color) return {};
+    return "has the channels " + OIIO::Strutil::join(spec.channelnames, ", ") +
+           "; it must have one channel, or R, G and B, each with or without alpha";
+}
+
 /// Returns the message for an unreadable file. Not all readers of OpenImageIO state a reason.
 std::string unreadable_message(const std::string& reason) {
     return "cannot be read as an image: " + (reason.empty() ? "it is truncated or damaged" : reason);
@@ -66,6 +80,7 @@ std::string read(const std::string& path, DecodedImage& image) try {
     const OIIO::ImageSpec spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1)
         return "is not a two-dimensional image with at least one pixel";
+    if (const std::string message = unexpected_channels(spec); !message.empty()) return message;
     image.width = spec.width;
     image.height = spec.height;
     image.channels = spec.nchannels < 3 ? 1 : 3;

@@ -1,5 +1,5 @@
 // Tests of formulas whose derivatives jump because of a min, max or abs. Steps end just before such a kink and pass it
-// in one short step, so that every method keeps its order. A formula whose value jumps is reported.
+// in one short step, so that methods keep their order. A formula whose value jumps is reported.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
 

@@ -100,9 +100,9 @@ bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
     return true;
 }
 
-/// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. The search in Embree's scene ignores
-/// spheres, so all of them are tested; scenes have few. The distance is a lower bound on the distance in stretched space,
-/// because all factors of `stretch` are at least 1.
+/// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. The search in Embree's scene
+/// ignores spheres, so all of them are tested; scenes have few. The distance is a lower bound on the distance in
+/// stretched space, because all factors of `stretch` are at least 1.
 double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];

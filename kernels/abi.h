@@ -12,7 +12,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 30;
+inline constexpr std::uint32_t abi_version = 31;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -32,7 +32,6 @@ struct ParameterInfo {
     bool least_open;
     Unit unit;
     const char* meaning;
-    bool flips_under_time_reversal = false;  ///< The parameter changes sign if t → −t, like a spin.
 };
 
 /// The description of a Hamiltonian, from the members of its header (hamiltonians/hamiltonian.h).
@@ -114,10 +113,12 @@ struct Geometry {
 
 /// The momentum of the ray from a unit direction d of an observer's rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i].
 struct StartMap {
+    double position[3];    ///< Position q at the start of the ray, in the chart of the momentum.
     double matrix[4][3];   ///< Rows for i = x, y, z, t.
     double offset[4];
-    double pt;             ///< If nonzero, momenta with p_t > 0 are scaled to this p_t.
-    bool has_no_surfaces;  ///< The scene has no surfaces. If also `pt` ≠ 0, rays with p_t ≤ 0 are captured at once.
+    double pt;             ///< If nonzero, momenta whose p_t has the same sign are scaled to this p_t.
+    bool has_no_surfaces;  ///< The scene has no surfaces. Rays that are not scaled although `pt` ≠ 0 are then captured.
+    bool ingoing;          ///< Rays start in ingoing coordinates (kernels/observers/charts.h).
     double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< |d|² = Σ_ij d_i metric[i][j] d_j.
 };
 
@@ -127,6 +128,7 @@ struct RayStart {
     Failure failure;  ///< If not `none`, the ray ends at its start as `failed`.
     bool captured;    ///< The ray ends at its start as `captured`: no light comes from this direction.
     bool escaped;     ///< The ray ends at its start as `escaped`: it moves outward beyond the escape sphere.
+    bool ingoing = false;  ///< The state is that of a ray in ingoing coordinates (kernels/observers/charts.h).
 };
 
 /// The rays of a perspective camera: in its rest frame pixel (x, y) has direction corner + (x+½)·right + (y+½)·down.
@@ -139,6 +141,7 @@ struct CameraRays {
 };
 
 /// The end of one ray: position q, momentum p of H (also if a rescaled H was integrated), unit vector v along dq/dλ.
+/// Near a black hole, they are in outgoing coordinates, or in ingoing coordinates if q is inside the horizon.
 struct RayEnd {
     double q[3], p[3], v[3];
     double pt;
@@ -224,6 +227,12 @@ struct Job {
     double inner_escape_radius;  ///< A ray with a smaller |q| escapes into the second sheet; 0: there is none.
     /// Rays are captured only where |(x, y, capture_stretch·z)| ≤ capture_radius: no surface lies farther inward.
     double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
+    /// The black hole at the origin. Rays that start in ingoing coordinates change to outgoing coordinates where they
+    /// leave the sphere |q| = chart_radius. If chart_radius is 0, rays do not change their coordinates on the way.
+    Hole hole;
+    double chart_radius;
+    /// Rays that turn outward inside that sphere change to ingoing coordinates there.
+    bool changes_chart_at_turns;
     double parameter_limit;  ///< λ at which every ray ends exactly; infinity: no limit.
     bool use_symmetry;       ///< Cyclic coordinates are updated once per step if the method has `drift_kick`.
     HitModel hit;
@@ -301,15 +310,26 @@ struct Module {
     double (*bending_radius)(std::uint32_t hamiltonian, const double* parameters);
     /// Returns the black hole at the origin; a formula has none.
     Hole (*hole)(std::uint32_t hamiltonian, const double* parameters);
-    /// Computes the map from directions in the rest frame of an observer at q to momenta.
-    Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3], StartMap*);
+    /// Computes the map from directions in the rest frame of an observer at q to momenta. If `ingoing` is true, the
+    /// momenta are in ingoing coordinates; this requires a black hole. Inside its horizon, they always are.
+    Failure (*observe)(std::uint32_t hamiltonian, const double* parameters, ObserverKind, const double q[3],
+                       bool ingoing, StartMap*);
     /// Computes the start of a ray at q with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3],
                      RayStart*);
-    /// Returns p · u, the frequency of a ray for matter at q that moves with the velocity v = dx/dt. `time_sign` is −1
-    /// for rays of a falling observer, else 1. NaN if |v| is not below the speed of light; 1 in an index medium.
+    /// Returns p · u, the frequency of a ray for matter at q that moves with the velocity v = dx/dt. NaN if |v| is not
+    /// below the speed of light; 1 in an index medium.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3],
-                        double pt, const double v[3], double time_sign);
+                        double pt, const double v[3]);
+    /// Converts the start of a ray from outgoing to ingoing coordinates; the position must be outside the horizon.
+    void (*to_ingoing)(const Hole*, RayStart*);
+    /// Converts the kernel's state of a ray in ingoing coordinates to the coordinates of the scene.
+    void (*to_scene)(const Hole*, double q[3], double p[3], double* pt);
+    /// Converts the momentum of a ray at the outgoing position q to that of the kernel's state in ingoing coordinates.
+    /// Only y is not reflected.
+    void (*momentum_in_ingoing_form)(const Hole*, const double q[3], double p[3], double* pt);
+    /// Returns the Boyer–Lindquist radius r of a position near the hole.
+    double (*hole_radius)(const Hole*, const double q[3]);
 
     /// Differentiates a formula; writes its programs, `program_size` numbers. Returns null on success, else the reason.
     const char* (*compile)(const Formula*, double* programs);

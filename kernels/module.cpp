@@ -192,6 +192,7 @@ Hole hole(std::uint32_t hamiltonian, const double* parameters) {
 /// Other observers are not defined there.
 Failure observe_formula(ObserverKind kind, const formula::Programs& programs, const double (&q)[3], StartMap& map) {
     map = {};
+    std::copy(q, q + 3, map.position);
     if (kind == ObserverKind::zamo || kind == ObserverKind::falling) return Failure::no_observer;
     Matrix<4> inverse_metric, g;
     if (!formula::inverse_metric_of(programs, q, inverse_metric)) return Failure::no_rest_frame;
@@ -200,15 +201,15 @@ Failure observe_formula(ObserverKind kind, const formula::Programs& programs, co
     const bool is_static = kind == ObserverKind::static_;
     return compute_rest_frame_map(
         inverse_metric, g, is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0},
-        1, map);
+        map);
 }
 
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double position[3],
-                StartMap* map) {
+                bool ingoing, StartMap* map) {
     double q[3];
     copy(position, q);
     if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return compute_start_map<H>(kind, parameters, q, *map); });
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return compute_start_map<H>(kind, parameters, q, ingoing, *map); });
 }
 
 Failure start(std::uint32_t hamiltonian, const double* parameters, const double position[3], const double direction[3],
@@ -221,7 +222,7 @@ Failure start(std::uint32_t hamiltonian, const double* parameters, const double 
 }
 
 double frequency(std::uint32_t hamiltonian, const double* parameters, const double position[3],
-                 const double momentum[3], double pt, const double velocity[3], double time_sign) {
+                 const double momentum[3], double pt, const double velocity[3]) {
     double q[3], p[3], v[3];
     copy(position, q);
     copy(momentum, p);
@@ -229,11 +230,49 @@ double frequency(std::uint32_t hamiltonian, const double* parameters, const doub
     if (hamiltonian == formula_index) {
         Matrix<4> inverse_metric;
         return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric)
-                   ? frequency_in(inverse_metric, p, pt, v, time_sign)
+                   ? frequency_in(inverse_metric, p, pt, v)
                    : 1;
     }
-    return visit_hamiltonian(hamiltonian,
-                             [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v, time_sign); });
+    return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
+}
+
+void to_ingoing(const Hole* hole, RayStart* start) {
+    charts::State state{};
+    copy(start->q, state.q);
+    copy(start->p, state.p);
+    state.pt = start->pt;
+    charts::to_ingoing(*hole, state);
+    copy(state.q, start->q);
+    copy(state.p, start->p);
+    start->pt = state.pt;
+    start->ingoing = true;
+}
+
+void to_scene(const Hole* hole, double q[3], double p[3], double* pt) {
+    charts::State state{};
+    copy(q, state.q);
+    copy(p, state.p);
+    state.pt = *pt;
+    charts::to_scene(*hole, state);
+    std::copy(state.q, state.q + 3, q);
+    std::copy(state.p, state.p + 3, p);
+    *pt = state.pt;
+}
+
+void momentum_in_ingoing_form(const Hole* hole, const double q[3], double p[3], double* pt) {
+    charts::State state{};
+    copy(q, state.q);
+    copy(p, state.p);
+    state.pt = *pt;
+    charts::convert(*hole, state, -1);
+    std::copy(state.p, state.p + 3, p);
+    *pt = -state.pt;
+}
+
+double hole_radius(const Hole* hole, const double q[3]) {
+    double position[3];
+    copy(q, position);
+    return charts::radius(*hole, position);
 }
 
 Operations operations(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled) {
@@ -271,6 +310,10 @@ const Module module{
     .observe = observe,
     .start = start,
     .frequency = frequency,
+    .to_ingoing = to_ingoing,
+    .to_scene = to_scene,
+    .momentum_in_ingoing_form = momentum_in_ingoing_form,
+    .hole_radius = hole_radius,
     .compile = compile,
     .program_size = sizeof(formula::Programs) / sizeof(double),
     .formula_refusal = formula_refusal,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/events/capture.h"
+#include "kernels/events/chart_sphere.h"
 #include "kernels/events/discontinuity.h"
 #include "kernels/events/escape_sphere.h"
 #include "kernels/events/event_list.h"
@@ -17,6 +18,7 @@ namespace kagero {
 // clang-format off
 using AllEvents = EventList<
     SurfaceHit,
+    ChartSphere,
     MediumEdge,
     TurningPoint,
     EscapeSphere,

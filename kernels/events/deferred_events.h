@@ -66,6 +66,7 @@ struct DeferredEvents {
         Step<V>& stored = step;
         if (lanes == added) stored = from;  // `added` are the only deferred lanes; other lanes get a finite step
         else stored.copy_lanes(from, from_bits<V>(added));
+        stored.ingoing = (stored.ingoing & ~added) | (from.ingoing & added);
         if (!task.method_curve) return;
         const Curve<V> dense_output = task.curve(from);
         curve.degree = dense_output.degree;

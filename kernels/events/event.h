@@ -4,8 +4,8 @@
 /// has these members:
 ///   effect                       the effect of the event on a ray.
 ///   status                       for Effect::end: the status of rays that end at the event.
-///   resume(task, at)             for Effect::resume: changes the state at the event into the state with which the ray
-///                                continues.
+///   resume(task, at, lanes)      for Effect::resume: changes the states of `lanes` at the event into those with which
+///                                their rays continue.
 ///   exists(task)                 true if the space, the scene or the job has this event; other events cost nothing.
 ///   possible(task, step, steps)  a quick test of the end of a step; returns the lanes that may have crossed the event.
 ///                                `steps` is the number of steps of each ray. If the quick tests of all events fail in
@@ -13,6 +13,7 @@
 ///                                other classes detect them.
 ///   crossed(task, step)          returns the lanes whose step has crossed the event. It is evaluated if the quick test
 ///                                of any event has succeeded. Default: `possible`.
+///   applies_to(step)             returns the lanes in which the event can take place; default: all lanes.
 ///   starts_beyond(task, start)   returns the lanes whose ray starts beyond the event; such a ray ends at its start.
 /// The point of an event is the end of its step, or it is found within the step by one of two functions:
 ///   value(start, at)             a function of the state `at` on a step that begins at `start`; positive before the

@@ -119,13 +119,17 @@ private:
         else return Event::possible(task_, step, steps);
     }
 
-    /// Defers the hits of `lanes`, except hits beyond an escape sphere. Returns the lanes whose hits were deferred.
+    /// Defers the hits of `lanes`, except hits beyond an escape sphere, and those of rays that leave the chart sphere
+    /// before. Returns the lanes whose hits were deferred.
     std::uint64_t defer_hits(const StepperState<V>& step, std::uint64_t lanes, DeferredEvents<V, Events>& deferred,
                              Detected<Events>& found) const {
         const SurfaceHits<V>& hits = scene_->hits();
         const Curve<V> curve = task_.curve(step);
         const Vec3<V> a = curve.at(hits.piece_start), b = curve.at(hits.piece_end);
-        lanes &= ~to_bits(is_outside(task_, advance(a, hits.t, b - a)));
+        const Vec3<V> hit = advance(a, hits.t, b - a);
+        lanes &= ~to_bits(is_outside(task_, hit));
+        if (ChartSphere::exists(task_))
+            lanes &= ~(step.ingoing & to_bits(dot(hit, hit) >= ChartSphere::squared_radius(task_)));
         if (!lanes) return 0;
         const LevelSet<V> level_sets = scene_->chords().level_sets(lanes);
         const V fraction = chord_fraction(level_sets, a, b, hits.t);

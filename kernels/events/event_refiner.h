@@ -71,8 +71,11 @@ public:
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole_step.start, whole_step.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
-                earlier.template of<Event>() =
+                std::uint64_t crossed =
                     lanes & to_bits(Event::crossed_before(task_, whole_step.start, deferred.step.end));
+                if constexpr (requires { Event::applies_to(whole_step); })
+                    crossed &= to_bits(Event::applies_to(whole_step));
+                earlier.template of<Event>() = crossed;
                 lanes &= ~earlier.template of<Event>();
             }
         });

@@ -161,7 +161,7 @@ private:
             const V secant = -rate * last_correction / (rate - last_rate);
             const MaskOf<V> is_usable = is_finite(secant) & (abs(secant) < abs(full_length));
             const V correction = i == 0 ? straight : select(is_usable, secant, straight);
-            valid = valid & (!open | (is_finite(correction) & (abs(correction) < abs(full_length))));
+            valid = valid & ((!open) | (is_finite(correction) & (abs(correction) < abs(full_length))));
             open = open & valid & (abs(correction) > limit * abs(full_length));
             if (!any(open)) break;
             task_.begin_next(step, lanes);

@@ -8,8 +8,7 @@
 ///   name, what, formula, source, conserved
 ///                             texts for `kagero list`; `what` describes the space in one line.
 ///   parameters                parameters that a scene may set: name, default, minimum, maximum, true if the minimum
-///                             is excluded, unit, description, and true if the parameter changes sign under t → −t
-///                             (`ParameterInfo`; the last entry may be omitted).
+///                             is excluded, unit and description (`ParameterInfo`).
 ///   Parameters<V>             struct whose members are the values of the parameters, in the same order.
 ///   spacetime                 true if H describes light in a spacetime, where p_t is constant; false for a medium.
 ///   level                     H0, the value of H on all rays; 0 for a spacetime.

@@ -28,7 +28,7 @@ struct Kerr {
     static constexpr const char* conserved = "pt, x py - y px, Carter's constant";
     static constexpr std::array parameters{
         ParameterInfo{"mass", 1.0, 0, unlimited, true, Unit::length, "GM/c^2, half the Schwarzschild radius"},
-        ParameterInfo{"spin", 0.9, -1, 1, false, Unit::number, "spin a/M, along +z", true},
+        ParameterInfo{"spin", 0.9, -1, 1, false, Unit::number, "spin a/M, along +z"},
     };
     static constexpr bool spacetime = true;
     static constexpr double level = 0;

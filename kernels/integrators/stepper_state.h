@@ -115,6 +115,7 @@ struct Step : StepEnd<V, N> {
     RayState<V, N> start;
     V h;  ///< step length in τ, or in radians for orbit methods; 0 in inactive lanes, whose state then does not change
     StepOptions<V> options;
+    std::uint64_t ingoing = 0;  ///< lanes whose states are in ingoing coordinates (kernels/observers/charts.h)
 
     // Set by the stepper, in addition to `end`.
     MaskOf<V> energy_is_conserved;  ///< lanes in which H at the end is finite and still close to H0

@@ -7,6 +7,7 @@
 
 #include "kernels/abi.h"
 #include "kernels/autodiff/dual.h"
+#include "kernels/observers/charts.h"
 #include "kernels/observers/rest_frame.h"
 #include "kernels/equations/system.h"
 
@@ -104,14 +105,10 @@ std::array<double, 3> radius_gradient(const double* parameters, const double (&q
 template <class H>
 concept HasInfall = requires(const typename H::template Parameters<double>& k) { H::infall(k, 1.0); };
 
-/// Returns true if q is inside or on the outer horizon, r₊ = M + √(M² − a²). If |a| > M, there is no horizon, and the
-/// function uses r₊ = M.
+/// Returns the black hole at the origin of H.
 template <HasInfall H>
-bool within_horizon(const double* parameters, const double (&q)[3]) {
-    const auto hole_parameters = make_parameters<H>(parameters);
-    const Hole hole = H::hole(hole_parameters);
-    return H::radius(hole_parameters, Vec3<double>{q[0], q[1], q[2]}) <=
-           hole.mass + std::sqrt(std::max(hole.mass * hole.mass - hole.spin * hole.spin, 0.0));
+Hole hole_of(const double* parameters) {
+    return H::hole(make_parameters<H>(parameters));
 }
 
 /// Returns the covariant 4-velocity u_a = (u_x, u_y, u_z, u_t) of an observer, up to a factor. The observer is one of:
@@ -147,40 +144,110 @@ Failure compute_start_map_in_medium(const double* parameters, const double (&q)[
     return Failure::none;
 }
 
-/// Computes the map from directions in the rest frame of an observer at q to momenta. Near a black hole, H contains the
-/// metric in outgoing coordinates. For a falling observer, the metric in ingoing coordinates is used: the same metric
-/// with t → −t. In ingoing coordinates, a black hole with the same parameters rotates in the opposite direction
-/// (ParameterInfo::flips_under_time_reversal).
+/// Computes the map for an observer that is not falling, in the coordinates of H. Near a black hole, these are the
+/// outgoing coordinates.
 template <class H>
-Failure compute_start_map(ObserverKind kind, const double* parameters, const double (&q)[3], StartMap& map) {
+Failure compute_map_in_coordinates_of(ObserverKind kind, const double* parameters, const double (&q)[3],
+                                      StartMap& map) {
+    const Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian;
+    Matrix<4> g;
+    if (!metric_of(inverse_metric, g)) return Failure::singular_start;
+    map.pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo ? 1 : 0;
+    return compute_rest_frame_map(inverse_metric, g, covariant_velocity<H>(kind, parameters, q, g), map);
+}
+
+/// Computes the map for a falling observer at the ingoing position q, in ingoing coordinates. Their metric is that of H
+/// at the reflected position, with the signs of charts.h.
+template <HasInfall H>
+Failure compute_falling_map(const double* parameters, const double (&q)[3], StartMap& map) {
+    charts::State state{{q[0], q[1], q[2]}, {1, 1, 1}, {}, 1};
+    charts::reflect(hole_of<H>(parameters), state);
+    const double sign[4] = {state.p[0], state.p[1], state.p[2], state.pt};
+    Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, state.q, 1).hessian, g;
+    for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < 4; ++b) inverse_metric[a][b] *= sign[a] * sign[b];
+    if (!metric_of(inverse_metric, g)) return Failure::singular_start;
+    const auto u = covariant_velocity<H>(ObserverKind::falling, parameters, q, g);
+    return compute_rest_frame_map(inverse_metric, g, u, map);
+}
+
+/// Calls function(state) for each column of the map: the momentum, at the position q, to which the map takes one axis
+/// of the rest frame, and the offset. Replaces the column by the momentum in the state, and the map's position by the
+/// state's position.
+template <class Function>
+void convert_columns(StartMap& map, const double (&q)[3], const Function& function) {
+    for (int j = 0; j < 4; ++j) {
+        const auto entry = [&](int i) -> double& { return j < 3 ? map.matrix[i][j] : map.offset[i]; };
+        charts::State state{{q[0], q[1], q[2]}, {entry(0), entry(1), entry(2)}, {}, entry(3)};
+        function(state);
+        for (int i = 0; i < 3; ++i) {
+            entry(i) = state.p[i];
+            map.position[i] = state.q[i];
+        }
+        entry(3) = state.pt;
+    }
+}
+
+/// Turns the axes of the rest frame by an angle about the z axis: directions d are replaced by the rotated directions.
+inline void turn_axes(StartMap& map, double angle) {
+    for (auto& row : map.matrix) charts::rotate(row, -angle);
+}
+
+/// Computes the map for an observer at the scene's position q near a black hole. The map is in outgoing coordinates, or
+/// in ingoing coordinates if `ingoing` is true or q is inside the horizon. The falling observer's axes are those of the
+/// ingoing coordinates, turned about the z axis by the difference between the azimuths of q in the two charts. On the
+/// z axis, where there is no azimuth, they are not turned.
+template <HasInfall H>
+Failure compute_start_map_near_hole(ObserverKind kind, const double* parameters, const double (&q)[3], bool ingoing,
+                                    StartMap& map) {
+    const Hole hole = hole_of<H>(parameters);
+    const bool inside = charts::is_inside(hole, q), falling = kind == ObserverKind::falling;
+    // Inside the inner horizon, a vector along ∂_t may be timelike again. Observers there are refused nevertheless,
+    // because light from there cannot reach the outside.
+    if (inside && (kind == ObserverKind::static_ || kind == ObserverKind::zamo)) return Failure::no_observer;
+    if (!falling) {
+        const Failure failure = compute_map_in_coordinates_of<H>(kind, parameters, q, map);
+        if (failure != Failure::none || !ingoing || inside) return failure;
+        convert_columns(map, q, [&](charts::State& state) { charts::to_ingoing(hole, state); });
+        map.pt = -map.pt;
+        map.ingoing = true;
+        return Failure::none;
+    }
+    const double angle = inside ? 0 : charts::azimuth_shift(hole, charts::radius(hole, q));
+    double ingoing_q[3] = {q[0], q[1], q[2]};
+    charts::rotate(ingoing_q, -angle);
+    if (const Failure failure = compute_falling_map<H>(parameters, ingoing_q, map); failure != Failure::none)
+        return failure;
+    if (q[0] != 0 || q[1] != 0) turn_axes(map, -angle);
+    map.ingoing = ingoing || inside;
+    convert_columns(map, ingoing_q, [&](charts::State& state) {
+        map.ingoing ? charts::reflect(hole, state) : charts::convert(hole, state, 1);
+    });
+    return Failure::none;
+}
+
+/// Computes the map from directions in the rest frame of an observer at q to momenta. Near a black hole, `ingoing`
+/// selects the chart (compute_start_map_near_hole).
+template <class H>
+Failure compute_start_map(ObserverKind kind, const double* parameters, const double (&q)[3], bool ingoing,
+                          StartMap& map) {
     map = {};
+    std::copy(q, q + 3, map.position);
     const bool needs_spacetime = kind == ObserverKind::falling || kind == ObserverKind::zamo;
     if (needs_spacetime && (!H::spacetime || (kind == ObserverKind::falling && !HasInfall<H>)))
         return Failure::no_observer;
     if constexpr (!H::spacetime) return compute_start_map_in_medium<H>(parameters, q, map);
-    // Inside the inner horizon, a vector along ∂_t may be timelike again. Observers there are refused nevertheless,
-    // because light from there cannot reach the outside.
-    if constexpr (HasInfall<H>)
-        if ((kind == ObserverKind::static_ || kind == ObserverKind::zamo) && within_horizon<H>(parameters, q))
-            return Failure::no_observer;
-    Matrix<4> inverse_metric = expand_in_momentum<H>(parameters, q, 1).hessian, g;
-    const double time_sign = kind == ObserverKind::falling ? -1 : 1;
-    for (int i = 0; i < 3; ++i) {
-        inverse_metric[i][3] *= time_sign;
-        inverse_metric[3][i] *= time_sign;
-    }
-    if (!metric_of(inverse_metric, g)) return Failure::singular_start;
-    map.pt = kind == ObserverKind::static_ || kind == ObserverKind::zamo ? 1 : 0;
-    return compute_rest_frame_map(inverse_metric, g, covariant_velocity<H>(kind, parameters, q, g), time_sign, map);
+    else if constexpr (HasInfall<H>) return compute_start_map_near_hole<H>(kind, parameters, q, ingoing, map);
+    else return compute_map_in_coordinates_of<H>(kind, parameters, q, map);
 }
 
 /// Returns the frequency p · u of a ray in the rest frame of matter at q that moves with the velocity v = dx/dt; 1 in a
-/// medium. `time_sign` is −1 if p belongs to the metric with t → −t, as for a falling observer, else 1.
+/// medium.
 template <class H>
 double frequency_at(const double* parameters, const double (&q)[3], const double (&p)[3], double pt,
-                    const double (&v)[3], double time_sign) {
+                    const double (&v)[3]) {
     if constexpr (!H::spacetime) return 1;
-    return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v, time_sign);
+    return frequency_in(expand_in_momentum<H>(parameters, q, 0).hessian, p, pt, v);
 }
 
 }  // namespace kagero

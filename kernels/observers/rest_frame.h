@@ -61,10 +61,9 @@ inline Matrix<3> inverse_square_root(const Matrix<3>& h) {
 /// Computes the map from directions d in the rest frame of an observer to momenta. `u` is the covariant 4-velocity of
 /// the observer, up to a factor. Let e_i be the coordinate axes, projected orthogonally to u, and h_ik = e_i · e_k. The
 /// axes of the frame are E_i = Σ_k (h^(−1/2))_ik e_k (symmetric orthonormalization). Rays are followed backward from
-/// the eye: p = −u + Σ_i d_i E_i. If `time_sign` is −1, the given metric is the metric of H with t → −t; the map then
-/// negates p_t, so that p belongs to H.
+/// the eye: p = −u + Σ_i d_i E_i.
 inline Failure compute_rest_frame_map(const Matrix<4>& inverse_metric, const Matrix<4>& g, std::array<double, 4> u,
-                                      double time_sign, StartMap& map) {
+                                      StartMap& map) {
     std::array<double, 4> contravariant_u{};
     double u_squared = 0, sum_of_magnitudes = 0;
     for (int a = 0; a < 4; ++a)
@@ -87,10 +86,9 @@ inline Failure compute_rest_frame_map(const Matrix<4>& inverse_metric, const Mat
         for (int k = 0; k < 3; ++k) h[i][k] = g[i][k] + u[i] * u[k];
     const Matrix<3> inverse_root = inverse_square_root(h);
     for (int a = 0; a < 4; ++a) {
-        const double sign = a == 3 ? time_sign : 1;
-        map.offset[a] = -sign * u[a];
+        map.offset[a] = -u[a];
         for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) map.matrix[a][i] += sign * inverse_root[i][k] * (g[k][a] + u[k] * u[a]);
+            for (int k = 0; k < 3; ++k) map.matrix[a][i] += inverse_root[i][k] * (g[k][a] + u[k] * u[a]);
     }
     return Failure::none;
 }
@@ -106,17 +104,15 @@ inline bool metric_of(const Matrix<4>& inverse_metric, Matrix<4>& g) {
 
 /// Returns the frequency p · u of a ray in the rest frame of matter with the 4-velocity u = u^t (v, 1). Rays are
 /// followed backward from the eye. The momentum of the light is therefore k = −p, and its frequency is −k · u = p · u.
-/// If `time_sign` is −1, the velocity of the matter is v in the coordinates with t → −t, and −v in those of H. Returns
-/// NaN if |v| is not below the speed of light.
-inline double frequency_in(const Matrix<4>& inverse_metric, const double (&p)[3], double pt, const double (&v)[3],
-                           double time_sign) {
+/// Returns NaN if |v| is not below the speed of light.
+inline double frequency_in(const Matrix<4>& inverse_metric, const double (&p)[3], double pt, const double (&v)[3]) {
     const Matrix<4> g = inverse<4>(inverse_metric);
-    const double w[4] = {time_sign * v[0], time_sign * v[1], time_sign * v[2], 1};
+    const double w[4] = {v[0], v[1], v[2], 1};
     double square = 0;
     for (int a = 0; a < 4; ++a)
         for (int b = 0; b < 4; ++b) square += w[a] * g[a][b] * w[b];
     if (!(square < 0)) return std::numeric_limits<double>::quiet_NaN();
-    return time_sign * (w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + pt) / std::sqrt(-square);
+    return (w[0] * p[0] + w[1] * p[1] + w[2] * p[2] + pt) / std::sqrt(-square);
 }
 
 }  // namespace kagero

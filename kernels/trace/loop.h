@@ -108,6 +108,7 @@ private:
     void refine_once(bool find_earlier);
     void end_refined(std::uint64_t lanes);
     void resume(std::uint64_t lanes);
+    void correct_charts(std::uint64_t lanes);
     std::uint64_t repeat_halved(std::uint64_t lanes);
 
     const Task<V>& task_;
@@ -137,6 +138,7 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     detector_.begin(lanes);
     loader_.activate(starts, lanes);
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
+    if (ChartSphere::exists(task_)) correct_charts(lanes & packet_.active);
 }
 
 /// Prepares the first steps of the rays in `lanes`: sets their lengths, and records which rays move outward.
@@ -191,6 +193,7 @@ void PacketTracer<V, Events>::advance() {
     if (task_.job.path_sink) writer_.report_path(state, continuing, false);
 
     next(moving, continuing);                                    // next
+    if (ChartSphere::exists(task_)) correct_charts(continuing & packet_.active);
 }
 
 /// Schedules the repetition of steps that cross a discontinuity, so that they end on it. Returns their lanes.
@@ -313,15 +316,29 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::resume) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
-                RayState<V> changed = state_at_event;
-                Event::resume(task_, changed);
-                RayState<V>::for_each_number(state_at_event, changed, CopyLanes<V>{from_bits<V>(of_event)});
+                Event::resume(task_, state_at_event, of_event);
+                if constexpr (requires { Event::changes_chart; }) packet_.state.ingoing ^= of_event;
             }
         }
     });
     loader_.resume(state_at_event, deferred.step, lanes);
     detector_.ignore_surface_at_start(lanes);
     start_steps(lanes);
+}
+
+/// Changes the chart of those of the active `lanes` whose rays are not regular in their chart (chart_sphere.h).
+template <class V, class Events>
+void PacketTracer<V, Events>::correct_charts(std::uint64_t lanes) {
+    StepperState<V>& state = packet_.state;
+    const std::uint64_t wrong = lanes_in_wrong_chart(task_, state, lanes);
+    if (!wrong) return;
+    RayState<V> start = state.start;
+    change_chart(task_.job.hole, start, wrong & state.ingoing, true);
+    change_chart(task_.job.hole, start, wrong & ~state.ingoing, false);
+    state.ingoing ^= wrong;
+    packet_.iterations_of_ray = select(from_bits<V>(wrong), state.lane_iterations, packet_.iterations_of_ray);
+    loader_.resume(start, state, wrong);
+    start_steps(wrong);
 }
 
 /// Repeats the steps of `lanes`, whose events could not be refined, with half their length. Returns the lanes whose

@@ -3,6 +3,7 @@
 
 #include "kernels/events/scene_intersector.h"
 #include "kernels/trace/end_columns.h"
+#include "kernels/observers/charts.h"
 #include "kernels/trace/packet.h"
 
 #include <limits>
@@ -114,6 +115,7 @@ public:
             point.v[2] = v.z * inverse;
             point.pt = double(get_lane(step.start.pt(), i));
             point.energy = double(get_lane(step.energy, i));
+            if ((packet_.state.ingoing >> i) & 1) to_scene_chart(point);
             job_.path_sink(job_.path_user, &point);
         }
     }
@@ -143,11 +145,26 @@ private:
             ends.set_words(offsetof(RayEnd, primitive), *primitive_);
         }
         ends.write(lanes, packet_.ends);
+        for (const int i : lanes_in(lanes & packet_.state.ingoing)) to_scene_chart(*packet_.ends[i]);
         counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
         if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.lane_iterations);
         // The end of a failed ray is the end of its last accepted step, which has been reported already.
         if (job_.path_sink && status != Status::failed)
             report_path(step, lanes & to_bits(packet_.steps > V(S(0))), false);
+    }
+    /// Converts a ray end or a point of a path from the kernel's ingoing coordinates to the coordinates of the scene.
+    template <class Point>
+    void to_scene_chart(Point& point) const {
+        charts::State state;
+        std::copy_n(point.q, space_size, state.q);
+        std::copy_n(point.p, space_size, state.p);
+        std::copy_n(point.v, space_size, state.v);
+        state.pt = point.pt;
+        charts::to_scene(job_.hole, state);
+        std::copy_n(state.q, space_size, point.q);
+        std::copy_n(state.p, space_size, point.p);
+        std::copy_n(state.v, space_size, point.v);
+        point.pt = state.pt;
     }
     /// Returns unit vectors along v. The square of v may overflow, so v is scaled first.
     static Vec3<V> direction_of(const Vec3<V>& v) {

@@ -25,6 +25,7 @@ public:
         packet_.filled = lanes;
         state.lane_iterations = packet_.iterations_of_ray = packet_.steps = packet_.step_length = state.h = V(S(0));
         write_starts(starts, lanes, state);
+        state.ingoing = starts.ingoing & lanes;
         task_.begin(state);
         packet_.worst_energy_error = state.energy_error;
     }
@@ -37,6 +38,7 @@ public:
         const MaskOf<V> mask = from_bits<V>(lanes);
         state.copy_lanes(fresh, mask);
         copy_stages(state, fresh, mask);
+        state.ingoing = (state.ingoing & ~lanes) | (starts.ingoing & lanes);
         packet_.filled |= lanes;
         packet_.steps = select(mask, V(S(0)), packet_.steps);
         state.lane_iterations = select(mask, V(S(0)), state.lane_iterations);

@@ -21,6 +21,7 @@ template <int W>
 struct RayStarts {
     alignas(64) double y[state_size][W];      ///< Components x y z px py pz pt.
     std::uint64_t captured, escaped, failed;  ///< Lanes whose RayStart states that the ray ends at its start.
+    std::uint64_t ingoing;       ///< Lanes whose start is in ingoing coordinates.
     Failure failure[W];                       ///< Reasons for the lanes of `failed`.
 
     /// Sets the start of one lane.
@@ -34,6 +35,7 @@ struct RayStarts {
         failed |= std::uint64_t(ray.failure != Failure::none) << lane;
         captured |= std::uint64_t(ray.captured) << lane;
         escaped |= std::uint64_t(ray.escaped) << lane;
+        ingoing |= std::uint64_t(ray.ingoing) << lane;
     }
     /// Copies the start of one of `lanes` to all other lanes.
     void fill_idle_lanes(std::uint64_t lanes) {
@@ -50,8 +52,6 @@ template <int W>
 void generate_camera_rays(const CameraRays& camera, const double (&x)[W], const double (&y)[W], RayStarts<W>& rays) {
     const CameraRays c = camera;  // a copy, so that writes to `rays` cannot alias it
     const StartMap& map = c.start;
-    // Momenta with a greater p_t are scaled to map.pt; infinity: no momentum is scaled.
-    const double scaling_threshold = map.pt > 0 ? 0 : std::numeric_limits<double>::infinity();
     for (int i = 0; i < W; ++i) {
         double d[3], p[4];
         for (int k = 0; k < 3; ++k) d[k] = c.corner[k] + x[i] * c.right[k] + y[i] * c.down[k];
@@ -62,16 +62,17 @@ void generate_camera_rays(const CameraRays& camera, const double (&x)[W], const 
         for (double& component : d) component *= inverse;
         for (int k = 0; k < 4; ++k)
             p[k] = map.matrix[k][0] * d[0] + map.matrix[k][1] * d[1] + map.matrix[k][2] * d[2] + map.offset[k];
-        const double scale = p[3] > scaling_threshold ? map.pt / p[3] : 1;
+        const double scale = p[3] * map.pt > 0 ? map.pt / p[3] : 1;
         for (int k = 0; k < space_size; ++k) {
-            rays.y[k][i] = c.position[k];
+            rays.y[k][i] = map.position[k];
             rays.y[momentum(k)][i] = p[k] * scale;
         }
         rays.y[component_pt][i] = p[3] * scale;
     }
     rays.captured = rays.escaped = rays.failed = 0;
-    if (map.pt > 0 && map.has_no_surfaces)
-        for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[component_pt][i] > 0)) << i;
+    rays.ingoing = map.ingoing ? all_lane_bits<W> : 0;
+    if (map.pt != 0 && map.has_no_surfaces)
+        for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[component_pt][i] * map.pt > 0)) << i;
 }
 
 /// Assigns the rays of a tile to lanes. Each group of W slots is one packet: a block of pixels, a run of pixels in a
@@ -142,7 +143,7 @@ public:
         if (job_.camera) {
             generate_camera_rays(*job_.camera, center_x, center_y, starts);
         } else {
-            starts.captured = starts.escaped = starts.failed = 0;
+            starts.captured = starts.escaped = starts.failed = starts.ingoing = 0;
             for (const int i : lanes_in(filled)) starts.set(i, job_.rays[ray_indices[i]]);
         }
         return filled;

@@ -3,6 +3,7 @@
 
 #include "kernels/events/limits.h"
 #include "kernels/methods/task.h"
+#include "kernels/observers/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +56,7 @@ private:
     /// `longest_adaptive_step`.
     V limit_to_step_bound(const RayState<V>& start, const V& h) const {
         V bound = start.max_step_length;
+        if (task_.job.chart_radius > 0) bound = max(bound, chart_step_bound(start));
         if (task_.method.info.adaptive) {
             bound = min(bound, V(S(task_.job.max_step_length)));
             if (std::isfinite(task_.job.max_step_radius_ratio)) bound = min(bound, longest_adaptive_step(start));
@@ -62,6 +64,15 @@ private:
         const V square = dot(start.velocity, start.velocity);
         const MaskOf<V> exceeds = h * h * square > bound * bound;
         return any(exceeds) ? select(exceeds, bound / sqrt(square), h) : h;
+    }
+    /// Returns a fifth of |q| outside the horizon, else 0. The step bound of a black hole is for rays that are singular
+    /// at its horizon; rays that change their chart are not.
+    V chart_step_bound(const RayState<V>& start) const {
+        const double equator = charts::horizon_extent(task_.job.hole),
+                     stretch = equator / charts::horizon_radius(task_.job.hole);
+        const Vec3<V> q = start.q(), stretched{q.x, q.y, V(S(stretch)) * q.z};  // the horizon is a spheroid
+        const MaskOf<V> outside = dot(stretched, stretched) > V(S(equator * equator));
+        return select(outside, V(S(0.2)) * sqrt(dot(q, q)), V(S(0)));
     }
     /// Returns Job::max_step_radius_ratio times |q| plus 1e-4 of the escape radius. The second term lets a ray pass the
     /// origin.

@@ -8,11 +8,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 namespace kagero {
 
 struct SceneGeometry::Content {
     std::vector<ObjectGeometry> objects;
+    std::vector<ObjectGeometry> reflected;  ///< Copies of objects for the kernels, reflected; they do not move.
     std::vector<Surface> surfaces;
     std::unique_ptr<EmbreeScene> embree;
     Geometry geometry{};
@@ -49,6 +51,46 @@ Surface surface_of(const ObjectDescription& object, const ObjectGeometry& loaded
     std::copy(loaded.center.begin(), loaded.center.end(), surface.center);
     surface.radius = object.radius;
     return surface;
+}
+
+/// Returns the range of an object; a sphere has the given radius. On a sphere, the extrema lie in the plane through its
+/// centre and the z axis.
+SpheroidRange range_of_object(const ObjectGeometry& object, double radius, const Spheroid& spheroid) {
+    const double stretch = spheroid.equator / spheroid.pole;
+    SpheroidRange range{std::numeric_limits<double>::infinity(), 0};
+    const auto extend = [&range](double distance) {
+        range.least = std::min(range.least, distance);
+        range.greatest = std::max(range.greatest, distance);
+    };
+    if (object.shape == Shape::sphere) {
+        constexpr int samples = 4096;
+        const double rho = std::hypot(object.center[0], object.center[1]);
+        for (int i = 0; i < samples; ++i) {
+            const double angle = 2 * std::numbers::pi * i / samples;
+            extend(std::hypot(rho + radius * std::cos(angle), stretch * (object.center[2] + radius * std::sin(angle))));
+        }
+    }
+    const auto corner = [&](std::uint32_t index) {
+        const Double3 v = vertex(object.mesh, index);
+        return Double3{v[0], v[1], stretch * v[2]};
+    };
+    const auto& index = object.mesh.triangles;
+    for (std::size_t i = 0; i + 2 < index.size(); i += 3) {
+        const Double3 a = corner(index[i]), b = corner(index[i + 1]), c = corner(index[i + 2]);
+        extend(length(closest_point({0, 0, 0}, a, b, c)));
+        for (const Double3& v : {a, b, c}) extend(length(v));
+    }
+    return {range.least / spheroid.equator, range.greatest / spheroid.equator};
+}
+
+/// Returns the object reflected, y → −y.
+ObjectGeometry reflected_object(const ObjectGeometry& object) {
+    ObjectGeometry reflected = object;
+    reflected.center[1] = -reflected.center[1];
+    for (std::size_t i = 1; i < reflected.mesh.vertices.size(); i += 3)
+        reflected.mesh.vertices[i] = -reflected.mesh.vertices[i];
+    reflected.planes = planes_of(reflected.mesh);
+    return reflected;
 }
 
 std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions,
@@ -119,16 +161,21 @@ void remark_on_displacement(const ObjectDescription& description, const ObjectGe
 
 }  // namespace
 
-SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells)
+SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells,
+                             const std::optional<Spheroid>& reflected)
     : content_(std::make_unique<Content>()) {
     Content& content = *content_;
     if (scene.objects.empty()) return;
 
     content.objects.reserve(scene.objects.size());
+    content.reflected.reserve(scene.objects.size());
     std::vector<std::size_t> triangle_counts;
     for (const ObjectDescription& object : scene.objects) {
         content.objects.push_back(load(object, scene.space.center, content.remarks));
-        content.surfaces.push_back(surface_of(object, content.objects.back()));
+        const ObjectGeometry* for_kernels = &content.objects.back();
+        if (reflected && range_of_object(*for_kernels, object.radius, *reflected).greatest < 1)
+            for_kernels = &content.reflected.emplace_back(reflected_object(*for_kernels));
+        content.surfaces.push_back(surface_of(object, *for_kernels));
         triangle_counts.push_back(content.objects.back().mesh.triangles.size() / 3);
     }
     const Bounds bounds = bounds_of(content.objects, content.surfaces);
@@ -202,6 +249,10 @@ bool SceneGeometry::comes_within(std::uint32_t surface, double radius) const {
         if (length(nearest) <= radius) return true;
     }
     return false;
+}
+
+SpheroidRange SceneGeometry::range_of(std::uint32_t surface, const Spheroid& spheroid) const {
+    return range_of_object(content_->objects[surface], content_->surfaces[surface].radius, spheroid);
 }
 
 double SceneGeometry::diagonal() const {

@@ -4,6 +4,7 @@
 #include "geometry/shapes.h"
 
 #include <memory>
+#include <optional>
 
 namespace kagero {
 
@@ -15,6 +16,16 @@ struct ObjectGeometry {
     Double3 center{};            ///< Centre of a sphere or disk.
 };
 
+/// A spheroid around `space.center` with its axis along z, given by its semi-axes.
+struct Spheroid {
+    double equator, pole;
+};
+
+/// The least and greatest of √((x² + y²)/equator² + z²/pole²) on a surface: below 1 inside the spheroid.
+struct SpheroidRange {
+    double least, greatest;
+};
+
 /// Owns the Embree scene, the double-precision vertices and the clearance grid. Immutable after construction, so any
 /// number of threads may use it concurrently.
 class SceneGeometry {
@@ -24,8 +35,10 @@ public:
 
     /// Loads the meshes, and builds the Embree scene and the clearance grid. `clearance_cells` is the number of cells
     /// along the grid's longest edge. No grid is built if this number is 0, or if the scene switches culling off.
-    /// Throws InputError if a mesh cannot be loaded or if the objects are too small.
-    explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells);
+    /// Throws InputError if a mesh cannot be loaded or if the objects are too small. If `reflected` is given, kernels get
+    /// the objects inside this spheroid reflected, y → −y (kernels/observers/charts.h).
+    explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells,
+                           const std::optional<Spheroid>& reflected = {});
     ~SceneGeometry();
 
     /// Returns the data for the kernels, relative to `space.center`; null if the scene has no objects.
@@ -44,6 +57,8 @@ public:
     double distance_from_center(double limit) const;
     /// Returns true if any point of a surface is at most `radius` away from `space.center`.
     bool comes_within(std::uint32_t surface, double radius) const;
+    /// Returns the range of a surface with respect to a spheroid.
+    SpheroidRange range_of(std::uint32_t surface, const Spheroid& spheroid) const;
     /// Returns the diagonal of the bounding box of all objects, in the unit of the loaded scene; 0 without objects.
     double diagonal() const;
 

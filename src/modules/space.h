@@ -14,7 +14,6 @@ struct Space {
     std::uint32_t hamiltonian = 0;   ///< Index into Module::hamiltonians.
     /// Values in declared order. For a formula: the memory of its programs as Module::compile has written it.
     std::vector<double> parameters;
-    double time_sign = 1;  ///< −1 if `parameters` are those of the time-reversed space, for rays of a falling observer.
 
     const HamiltonianInfo& info() const { return module->hamiltonians[hamiltonian]; }
     /// Returns true if every ray is straight with these parameters.
@@ -24,18 +23,18 @@ struct Space {
     double throat_radius() const { return module->throat_radius(hamiltonian, parameters.data()); }
     /// Returns the radius |q| beyond which rays are straight; infinity if the Hamiltonian declares no such radius.
     double bending_radius() const { return module->bending_radius(hamiltonian, parameters.data()); }
-    /// Returns the black hole at the origin. Its spin is that of the scene, even if `parameters` are time-reversed.
-    Hole hole() const;
+    /// Returns the black hole at the origin.
+    Hole hole() const { return module->hole(hamiltonian, parameters.data()); }
     /// Returns the frequency of the light at a ray's end, as measured by matter that moves with velocity dx/dt.
     double frequency(const RayEnd& end, const std::array<double, 3>& velocity) const {
-        return module->frequency(hamiltonian, parameters.data(), end.q, end.p, end.pt, velocity.data(), time_sign);
+        return module->frequency(hamiltonian, parameters.data(), end.q, end.p, end.pt, velocity.data());
     }
     /// Returns the ray start at q with dq/dλ along d. If there is none, RayStart::failure is the reason.
     RayStart start(const double (&q)[3], const std::array<double, 3>& d) const;
-    /// Computes the map from directions in the rest frame of an observer at q to momenta. Returns Failure::none, or the
-    /// reason why the map does not exist.
-    Failure observe(ObserverKind observer, const double (&q)[3], StartMap& map) const {
-        return module->observe(hamiltonian, parameters.data(), observer, q, &map);
+    /// Computes the map from directions in the rest frame of an observer at q to momenta, in ingoing or outgoing
+    /// coordinates (Module::observe). Returns Failure::none, or the reason why the map does not exist.
+    Failure observe(ObserverKind observer, const double (&q)[3], bool ingoing, StartMap& map) const {
+        return module->observe(hamiltonian, parameters.data(), observer, q, ingoing, &map);
     }
 };
 

@@ -120,6 +120,7 @@ StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], 
                                 cross(hessian[0], hessian[1])};
     const double determinant = dot(hessian[0], adjugate[0]);
     StartMap map{};
+    std::copy(q, q + 3, map.position);
     // G⁻¹ g
     const Double3 offset{dot(gradient, {adjugate[0][0], adjugate[1][0], adjugate[2][0]}) / determinant,
                          dot(gradient, {adjugate[0][1], adjugate[1][1], adjugate[2][1]}) / determinant,

@@ -2,6 +2,7 @@
 
 #include "error.h"
 #include "kernels/assertion.h"
+#include "plan/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -162,6 +163,8 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     if (scene.programs.empty() && !run.method.rescaled) job.bending_radius = scene.space.bending_radius();
     job.capture_radius = scene.limits.capture_radius;
     job.capture_stretch = scene.limits.capture_stretch;
+    job.hole = scene.space.hole();
+    job.chart_radius = chart_changes_on_the_way(scene, view) ? scene.limits.chart_radius : 0;
     job.parameter_limit = run.parameter_limit;
     job.use_symmetry = run.use_symmetry;
     job.hit = run.hit;

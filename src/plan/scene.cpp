@@ -4,6 +4,7 @@
 #include "film/film.h"
 #include "formula/nodes.h"
 #include "modules/modules.h"
+#include "plan/charts.h"
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "plan/units.h"
@@ -23,23 +24,12 @@ std::uint32_t hamiltonian_index(const Module& module, const std::string& name) {
     throw InputError("the kernel module has no Hamiltonian '" + name + "'");
 }
 
-/// Returns the space with its parameters as the kernels need them. `sign_of_time` is −1 if time is reversed. Parameters
-/// that are odd under time reversal, such as a spin, then change sign. `size` is that of compile_formula.
-Space make_space(const SpaceDescription& description, const Module& module, double sign_of_time, double size) {
-    Space space{&module, hamiltonian_index(module, description.hamiltonian), {}, sign_of_time};
-    const HamiltonianInfo& info = space.info();
-    for (std::size_t i = 0; i < description.parameters.size(); ++i) {
-        const double value = description.parameters[i].second;
-        space.parameters.push_back(info.parameters[i].flips_under_time_reversal ? sign_of_time * value : value);
-    }
+/// Returns the space with its parameters as the kernels need them. `size` is that of compile_formula.
+Space make_space(const SpaceDescription& description, const Module& module, double size) {
+    Space space{&module, hamiltonian_index(module, description.hamiltonian), {}};
+    for (const auto& [name, value] : description.parameters) space.parameters.push_back(value);
     if (description.formula) space.parameters = compile_formula(*description.formula, module, size);
     return space;
-}
-
-/// Returns −1 for the rays of a falling observer, which are integrated in the time-reversed space; else 1.
-double time_sign(const CameraDescription& camera, const Options& options, Purpose purpose) {
-    const auto observer = purpose == Purpose::picture ? std::optional(camera.observer) : options.observer;
-    return observer == ObserverKind::falling ? -1 : 1;
 }
 
 /// Returns the number of cells of the clearance grid along its longest edge; 0 (no grid) for straight rays. The number
@@ -75,9 +65,9 @@ IntegratorDescription with_scaled_steps(const Scene& scene) {
 /// surface lies within that radius, rays are captured only inside the innermost surface, or just above the horizon. The
 /// rays of a ray list are always integrated to just above the horizon, except those of a falling observer, which reach
 /// no horizon. With spin, the surface on which rays are captured is a spheroid.
-void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
-    const Hole hole = scene.module().hole(scene.space.hamiltonian, scene.space.parameters.data());
-    const bool to_horizon = purpose == Purpose::ray_list && scene.space.time_sign > 0;
+void limit_capture(const Scene& scene, const Options& options, Purpose purpose, RayLimits& limits) {
+    const Hole hole = scene.space.hole();
+    const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
     const double greatest_capture_radius = std::sqrt(10.0) * hole.mass;
     const double innermost_surface = to_horizon ? 0 : scene.geometry->distance_from_center(greatest_capture_radius);
     if (!(innermost_surface < greatest_capture_radius)) return;
@@ -90,12 +80,13 @@ void limit_capture(const Scene& scene, Purpose purpose, RayLimits& limits) {
 /// Returns the bounds for rays that hit no surface. In a wormhole, the second sheet is the image of the first sheet
 /// under inversion in the throat, and `integrator.escape_radius` is the proper distance |l| from the throat on both
 /// sheets.
-RayLimits ray_limits(const Scene& scene, Purpose purpose) {
+RayLimits ray_limits(const Scene& scene, const Options& options, Purpose purpose) {
     const double throat = scene.space.throat_radius(), stated = scene.description.integrator.escape_radius;
     RayLimits limits;
     limits.escape_radius = throat > 0 ? 0.5 * (stated + std::sqrt(stated * stated + 4 * throat * throat)) : stated;
     limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
-    limit_capture(scene, purpose, limits);
+    limit_capture(scene, options, purpose, limits);
+    limits.chart_radius = chart_radius(scene);
     return limits;
 }
 
@@ -121,13 +112,15 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     convert_lengths(description, info, scene->unit);
     scene->description = std::move(description);
     const SceneDescription& s = scene->description;
-    scene->space = make_space(s.space, module, time_sign(s.camera, options, purpose), s.integrator.escape_radius);
+    scene->space = make_space(s.space, module, s.integrator.escape_radius);
     if (s.space.formula) scene->description.integrator = with_scaled_steps(*scene);
     scene->straight = scene->space.is_straight();
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
-    scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose));
+    scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose),
+                                                              horizon_of_spinning_hole(scene->space));
     scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
-    scene->limits = ray_limits(*scene, purpose);
+    scene->limits = ray_limits(*scene, options, purpose);
+    check_surfaces_at_horizon(*scene, purpose);
     return scene;
 }
 

@@ -2,6 +2,7 @@
 
 #include "error.h"
 #include "geometry/clearance.h"
+#include "plan/charts.h"
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "scene/value.h"
@@ -20,7 +21,7 @@ namespace {
 double distance_to_objects(const Scene& scene, const View& view) {
     const Geometry* geometry = scene.geometry->kernel_view();
     if (!geometry) return std::numeric_limits<double>::infinity();
-    const double* eye = view.camera.position;
+    const double* eye = view.camera.start.position;
     const double diagonal = scene.geometry->diagonal(),
                  tolerance = 1e-14 * (diagonal + std::hypot(eye[0], eye[1], eye[2]));
     const double distance = distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, diagonal);
@@ -62,7 +63,7 @@ double greatest_start_momentum(const StartMap& map) {
         for (const double sign : {1.0, -1.0}) {
             double p[4];
             for (int i = 0; i < 4; ++i) p[i] = sign * map.matrix[i][j] + map.offset[i];
-            if (map.pt > 0 && p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / p[3]);
+            if (map.pt * p[3] > 0) greatest = std::max(greatest, std::hypot(p[0], p[1], p[2]) / std::abs(p[3]));
         }
     return greatest;
 }
@@ -75,7 +76,7 @@ bool is_exact(const StartMap& map, const Scene& scene, const View& view) {
     for (const Double3& d : directions) {
         const RayStart ray = scene.space.start(view.camera.position, d);
         if (ray.failure != Failure::none) return false;
-        const RayStart mapped = ray_in_frame(map, view.camera.position, d).start;
+        const RayStart mapped = ray_in_frame(map, d).start;
         const Double3 p{ray.p[0], ray.p[1], ray.p[2]}, mapped_p{mapped.p[0], mapped.p[1], mapped.p[2]};
         if (!(length(subtract(p, mapped_p)) <= rounding * length(p))) return false;
     }
@@ -142,24 +143,25 @@ double pixel_size(const SceneDescription& scene, double distance) {
 }
 
 Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
-    const Failure failure = scene.space.observe(observer, q, map);
+    const Failure failure = scene.space.observe(observer, q, starts_ingoing(scene, observer, q), map);
     map.has_no_surfaces = !scene.geometry->kernel_view();
     return failure;
 }
 
 // Computes the same sums in the same order as the camera of the kernels, so that both generate bitwise equal rays.
-CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d) {
+CameraRay ray_in_frame(const StartMap& map, const Double3& d) {
     const auto row = [&](int i) { return map.metric[i][0] * d[0] + map.metric[i][1] * d[1] + map.metric[i][2] * d[2]; };
     const double inverse_length = 1 / std::sqrt(d[0] * row(0) + d[1] * row(1) + d[2] * row(2));
     const double n[3] = {d[0] * inverse_length, d[1] * inverse_length, d[2] * inverse_length};
     double p[4];
     for (int i = 0; i < 4; ++i)
         p[i] = map.matrix[i][0] * n[0] + map.matrix[i][1] * n[1] + map.matrix[i][2] * n[2] + map.offset[i];
-    const bool captured = map.pt > 0 && map.has_no_surfaces && !(p[3] > 0);
-    const double scale = map.pt > 0 && p[3] > 0 ? map.pt / p[3] : 1;
-    return {
-        {{q[0], q[1], q[2]}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false},
-        scale};
+    const bool is_scaled = map.pt * p[3] > 0, captured = map.pt != 0 && map.has_no_surfaces && !is_scaled;
+    const double scale = is_scaled ? map.pt / p[3] : 1;
+    RayStart start{{}, {p[0] * scale, p[1] * scale, p[2] * scale}, p[3] * scale, Failure::none, captured, false};
+    std::copy_n(map.position, 3, start.q);
+    start.ingoing = map.ingoing;
+    return {start, scale};
 }
 
 View make_camera_view(const Scene& scene, const Options& options) {

@@ -26,8 +26,8 @@ double pixel_size(const SceneDescription& scene, double distance);
 /// the reason why the observer cannot exist at q.
 Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
-/// Returns the ray that starts at q with direction d, of any length, in the rest frame of `map`.
-CameraRay ray_in_frame(const StartMap& map, const double (&q)[3], const Double3& d);
+/// Returns the ray that starts at the map's position with direction d, of any length, in its rest frame.
+CameraRay ray_in_frame(const StartMap& map, const Double3& d);
 
 /// Returns the view of the scene's camera. Throws InputError if the observer cannot exist at the camera's position, or
 /// if no ray can start there.

@@ -31,7 +31,7 @@ CameraRay orthographic_ray(const Plan& plan, double x, double y) {
     const Failure failure = make_observer_map(*plan.scene, view.observer, q, map);
     if (failure == Failure::no_rest_frame) return {plan.scene->space.start(q, view.forward), 1};
     if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
-    return ray_in_frame(map, q, view.forward);
+    return ray_in_frame(map, view.forward);
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ CameraRay camera_ray(const Plan& plan, double x, double y) {
     if (plan.description().camera.type == CameraType::orthographic) return orthographic_ray(plan, x, y);
     const Double3 d = camera_direction(plan, x, y);
     if (plan.view.solves_each_direction) return {plan.scene->space.start(c.position, d), 1};
-    return ray_in_frame(c.start, c.position, d);
+    return ray_in_frame(c.start, d);
 }
 
 RayStart camera_ray_start(const Plan& plan, double x, double y) {

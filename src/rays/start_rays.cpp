@@ -1,6 +1,6 @@
 #include "rays/start_rays.h"
 
-#include "error.h"
+#include "plan/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +26,10 @@ RayStart start_along(const Plan& plan, const double (&q)[3], const Double3& d) {
     RayStart start = plan.scene->space.start(near, d);
     start.escaped = far && start.failure == Failure::none;
     std::copy(q, q + 3, start.q);
+    if (start.failure == Failure::none && starts_ingoing(*plan.scene, std::nullopt, q)) {
+        const Hole hole = plan.scene->space.hole();
+        plan.module().to_ingoing(&hole, &start);
+    }
     return start;
 }
 
@@ -53,14 +57,6 @@ private:
     Failure failure_ = Failure::none;
 };
 
-/// Returns true if time reversal changes the space: a parameter with flips_under_time_reversal is not zero.
-bool changes_under_time_reversal(const Plan& plan) {
-    const HamiltonianInfo& info = plan.scene->space.info();
-    for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        if (info.parameters[i].flips_under_time_reversal && plan.scene->space.parameters[i] != 0) return true;
-    return false;
-}
-
 /// Returns the start of a ray whose direction d is given in the rest frame of an observer.
 RayStart start_in_frame(const Plan& plan, ObserverFrame& frame, const double (&q)[3], Double3 d) {
     RayStart start{{q[0], q[1], q[2]}, {0, 0, 0}, 0, Failure::none, false, false};
@@ -71,7 +67,7 @@ RayStart start_in_frame(const Plan& plan, ObserverFrame& frame, const double (&q
     for (double& component : d) component /= greatest_component;  // avoids overflow; the length of d has no effect
     start.failure = frame.move_to(q);
     if (start.failure == Failure::no_rest_frame) return plan.scene->space.start(q, d);
-    return start.failure == Failure::none ? ray_in_frame(frame.map, q, d).start : start;
+    return start.failure == Failure::none ? ray_in_frame(frame.map, d).start : start;
 }
 
 }  // namespace
@@ -85,9 +81,6 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
     starts.reserve(rays.size());
     std::optional<ObserverFrame> frame;
     if (observer) frame.emplace(plan, *observer);
-    if (is_falling && scene.space.time_sign > 0 && changes_under_time_reversal(plan))
-        throw RunError(
-            "the plan was not made for rays of a falling observer; set Options::observer when the plan is made");
     for (const RayInput& ray : rays) {
         double q[3];
         for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / scene.unit - scene.description.space.center[k];

@@ -1,5 +1,6 @@
 #include "render/trace.h"
 
+#include "plan/charts.h"
 #include "rays/coherence.h"
 #include "render/run.h"
 
@@ -32,6 +33,16 @@ void to_scene_coordinates(const Plan& plan, Point& point) {
     for (std::size_t k = 0; k < 3; ++k)
         point.q[k] = (point.q[k] + plan.description().space.center[k]) * plan.scene->unit;
     point.parameter *= plan.scene->unit;
+}
+
+/// Replaces the momentum of a ray that started inside the horizon of a black hole by that of the time-reversed ingoing
+/// form, in which `trace` prints it. `Point` is RayEnd or PathPoint, in the coordinates of the kernels.
+template <class Point>
+void to_ingoing_form(const Plan& plan, const RayStart& start, Point& point) {
+    if (!start.ingoing || !is_inside_horizon(*plan.scene, start.q)) return;
+    const Hole hole = plan.scene->space.hole();
+    if (is_inside_horizon(*plan.scene, point.q)) point.pt = -point.pt;
+    else plan.module().momentum_in_ingoing_form(&hole, point.q, point.p, &point.pt);
 }
 
 /// Returns true if refill is worthwhile, from a trial of a few packets of the list. Their occupancy must be low, and
@@ -113,6 +124,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
             const bool started = end.failure == Failure::none ||
                                  (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!started) end = end_at_start(starts[i], end.failure);
+            to_ingoing_form(plan, starts[i], end);
             if (rounds_limit && end.status == Status::step_limit && end.parameter == float(job.parameter_limit))
                 end.parameter = job.parameter_limit;
             to_scene_coordinates(plan, end);
@@ -160,7 +172,10 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
     std::vector<PathPoint> points;
     trace_steps(
         plan, starts, ends, [&](const PathPoint& point) { points.push_back(point); }, control);
-    for (PathPoint& point : points) to_scene_coordinates(plan, point);
+    for (PathPoint& point : points) {
+        to_ingoing_form(plan, starts[point.ray], point);
+        to_scene_coordinates(plan, point);
+    }
     // Removes the paths of rays whose tracing was interrupted.
     std::erase_if(points, [&](const PathPoint& point) { return ends[point.ray].failure == Failure::untraced; });
     std::stable_sort(points.begin(), points.end(), [](const PathPoint& a, const PathPoint& b) {

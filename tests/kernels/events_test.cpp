@@ -44,7 +44,9 @@ struct Mirror : ValueEvent<Mirror> {
     template <class V>
     static V value(const RayState<V>&, const RayState<V>& at) { return at.q().x - V(ScalarOf<V>(mirror_plane)); }
     template <class V>
-    static void resume(const Task<V>&, RayState<V>& at) { at.y[component_px] = -at.y[component_px]; }
+    static void resume(const Task<V>&, RayState<V>& at, std::uint64_t lanes) {
+        at.y[component_px] = select(from_bits<V>(lanes), -at.y[component_px], at.y[component_px]);
+    }
 };
 
 /// A list of events, preceded by the events of this file.

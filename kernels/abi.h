@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/ray_status.h"
+#include "kernels/surfaces.h"
 #include "kernels/unit.h"
 
 #include <cstdint>
@@ -78,37 +79,6 @@ struct IntegratorInfo {
     bool is_collocation = false;  ///< Implicit for every H; other implicit methods are explicit for |p|²/2 + V(q).
     bool representative = false;  ///< Represents its family where only a few methods are measured or shown.
     MethodFamily family{};              ///< Set from the stepper of the method.
-};
-
-/// The surface of one object, such as a whole box or mesh. Surfaces have the order of Embree's geometry identifiers.
-struct Surface {
-    enum class Kind : std::uint8_t { triangles, sphere };
-    Kind kind;
-    const double* vertices;          ///< Three coordinates per vertex (triangles).
-    const std::uint32_t* triangles;  ///< Three vertex indices per triangle.
-    const double* planes;            ///< Four numbers per triangle: unit normal n and d in n·q = d.
-    double center[3];                ///< Center of a sphere.
-    double radius;                   ///< Radius of a sphere.
-};
-
-/// A grid that contains all surfaces. Each cell refers to a clear box; the first six boxes are the half-spaces beyond
-/// the faces −x, +x, −y, +y, −z, +z of the grid.
-struct ClearanceGrid {
-    const float* box_index;  ///< For each cell, x fastest: index into `boxes`.
-    const float* boxes;      ///< Six numbers per box: lower x, y, z and upper x, y, z, in cells from `origin`.
-    std::uint32_t cells[3];
-    double origin[3], cell[3];  ///< Lower corner of the first cell; edge lengths of a cell.
-};
-
-/// The surfaces of a scene. Embree uses float coordinates of order one: e = (q − shift) · scale.
-struct Geometry {
-    void* embree_scene;  ///< Committed RTCScene.
-    double shift[3];
-    double scale;
-    const Surface* surfaces;
-    std::uint32_t surface_count;
-    bool has_spheres;
-    const ClearanceGrid* clearance;  ///< Null: every segment is queried.
 };
 
 /// The momentum of the ray from a unit direction d of an observer's rest frame: p_i = Σ_j matrix[i][j] d_j + offset[i].

@@ -209,7 +209,8 @@ Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKin
     double q[3];
     copy(position, q);
     if (hamiltonian == formula_index) return observe_formula(kind, formula::programs_in(parameters), q, *map);
-    return visit_hamiltonian(hamiltonian, [&]<class H>() { return compute_start_map<H>(kind, parameters, q, ingoing, *map); });
+    return visit_hamiltonian(
+        hamiltonian, [&]<class H>() { return compute_start_map<H>(kind, parameters, q, ingoing, *map); });
 }
 
 Failure start(std::uint32_t hamiltonian, const double* parameters, const double position[3], const double direction[3],

@@ -87,7 +87,7 @@ const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autod
                                              "recipe",    "intersection", "methods",     "formula",
                                              "events",    "trace",        "adjoint",     "comparison"};
 const std::vector<std::vector<std::string>> program_layers{
-    {"scene", "film", "modules", "formula"}, {"geometry"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"},
+    {"scene", "film", "modules", "formula"}, {"geometry"}, {"spaces"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"},
     {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
 
 TEST(Kernels, IncludeDownwards) {

@@ -1,7 +1,7 @@
 /// Changes between the two charts of a spinning black hole. Inside the sphere |q| = Job::chart_radius, rays that move
 /// outward are followed in ingoing coordinates, and rays that move inward in outgoing coordinates, because each is
-/// regular only there (kernels/observers/charts.h). Outside the sphere, all rays are in outgoing coordinates. No surface
-/// lies inside the sphere, except inside the horizon.
+/// regular only there (kernels/observers/charts.h). Outside the sphere, all rays are in outgoing coordinates. The
+/// sphere contains no surfaces, except inside the horizon.
 #pragma once
 
 #include "kernels/events/event.h"
@@ -82,8 +82,8 @@ struct ChartSphere {
     }
 };
 
-/// Returns the lanes, of those that are active, whose ray is inside the sphere, outside the horizon, and in the chart in
-/// which it is not regular for its radial direction.
+/// Returns the lanes of `active` whose ray is inside the sphere and outside the horizon, but not in the chart in which it
+/// is regular.
 template <class V>
 std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std::uint64_t active) {
     const RayState<V>& start = step.start;

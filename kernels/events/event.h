@@ -79,6 +79,13 @@ struct ValueEvent {
     static constexpr S value_uncertainty = std::is_same_v<S, float> ? S(1e-5) : S(1e-10);
 };
 
+/// Returns the lanes in which an event can take place.
+template <class Event, class V>
+std::uint64_t applicable_lanes(const Step<V>& step) {
+    if constexpr (requires { Event::applies_to(step); }) return to_bits(Event::applies_to(step));
+    else return ~std::uint64_t(0);
+}
+
 /// True for events whose point is a zero of the function `value`.
 template <class Event, class V>
 concept HasValue = requires(const RayState<V>& at) {

@@ -71,11 +71,8 @@ public:
         Events::each([&]<class Event>() {
             if constexpr (requires { Event::crossed_before(task_, whole_step.start, whole_step.end); }) {
                 if (!lanes || !Event::exists(task_)) return;
-                std::uint64_t crossed =
-                    lanes & to_bits(Event::crossed_before(task_, whole_step.start, deferred.step.end));
-                if constexpr (requires { Event::applies_to(whole_step); })
-                    crossed &= to_bits(Event::applies_to(whole_step));
-                earlier.template of<Event>() = crossed;
+                const MaskOf<V> crossed = Event::crossed_before(task_, whole_step.start, deferred.step.end);
+                earlier.template of<Event>() = lanes & to_bits(crossed) & applicable_lanes<Event>(whole_step);
                 lanes &= ~earlier.template of<Event>();
             }
         });

@@ -35,7 +35,7 @@ struct Task {
           kernel(k), method_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
         kernel.construct(system, job.parameters);
         if (job.camera && job.geometry && job.geometry->clearance) {
-            const auto* q = job.camera->position;
+            const auto* q = job.camera->start.position;
             camera_clear_box.update(*job.geometry->clearance,
                                     {V(ScalarOf<V>(q[0])), V(ScalarOf<V>(q[1])), V(ScalarOf<V>(q[2]))},
                                     ~std::uint64_t(0));

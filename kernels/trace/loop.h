@@ -9,6 +9,7 @@
 #include "kernels/events/event_detector.h"
 #include "kernels/events/event_refiner.h"
 #include "kernels/events/kinks.h"
+#include "kernels/trace/chart_correction.h"
 #include "kernels/trace/escaping_rays.h"
 #include "kernels/trace/ray_end_writer.h"
 #include "kernels/trace/ray_loader.h"
@@ -108,7 +109,6 @@ private:
     void refine_once(bool find_earlier);
     void end_refined(std::uint64_t lanes);
     void resume(std::uint64_t lanes);
-    void correct_charts(std::uint64_t lanes);
     std::uint64_t repeat_halved(std::uint64_t lanes);
 
     const Task<V>& task_;
@@ -138,12 +138,13 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     detector_.begin(lanes);
     loader_.activate(starts, lanes);
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
-    if (ChartSphere::exists(task_)) correct_charts(lanes & packet_.active);
+    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, lanes));
 }
 
 /// Prepares the first steps of the rays in `lanes`: sets their lengths, and records which rays move outward.
 template <class V, class Events>
 void PacketTracer<V, Events>::start_steps(std::uint64_t lanes) {
+    if (!lanes) return;
     control_.start_steps(lanes);
     detector_.start_steps(packet_.state.start, lanes);
 }
@@ -193,7 +194,7 @@ void PacketTracer<V, Events>::advance() {
     if (task_.job.path_sink) writer_.report_path(state, continuing, false);
 
     next(moving, continuing);                                    // next
-    if (ChartSphere::exists(task_)) correct_charts(continuing & packet_.active);
+    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, continuing));
 }
 
 /// Schedules the repetition of steps that cross a discontinuity, so that they end on it. Returns their lanes.
@@ -324,21 +325,6 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     loader_.resume(state_at_event, deferred.step, lanes);
     detector_.ignore_surface_at_start(lanes);
     start_steps(lanes);
-}
-
-/// Changes the chart of those of the active `lanes` whose rays are not regular in their chart (chart_sphere.h).
-template <class V, class Events>
-void PacketTracer<V, Events>::correct_charts(std::uint64_t lanes) {
-    StepperState<V>& state = packet_.state;
-    const std::uint64_t wrong = lanes_in_wrong_chart(task_, state, lanes);
-    if (!wrong) return;
-    RayState<V> start = state.start;
-    change_chart(task_.job.hole, start, wrong & state.ingoing, true);
-    change_chart(task_.job.hole, start, wrong & ~state.ingoing, false);
-    state.ingoing ^= wrong;
-    packet_.iterations_of_ray = select(from_bits<V>(wrong), state.lane_iterations, packet_.iterations_of_ray);
-    loader_.resume(start, state, wrong);
-    start_steps(wrong);
 }
 
 /// Repeats the steps of `lanes`, whose events could not be refined, with half their length. Returns the lanes whose

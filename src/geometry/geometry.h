@@ -35,8 +35,8 @@ public:
 
     /// Loads the meshes, and builds the Embree scene and the clearance grid. `clearance_cells` is the number of cells
     /// along the grid's longest edge. No grid is built if this number is 0, or if the scene switches culling off.
-    /// Throws InputError if a mesh cannot be loaded or if the objects are too small. If `reflected` is given, kernels get
-    /// the objects inside this spheroid reflected, y → −y (kernels/observers/charts.h).
+    /// Throws InputError if a mesh cannot be loaded or if the objects are too small. If `reflected` is given, kernels
+    /// get the objects inside this spheroid reflected, y → −y (kernels/observers/charts.h).
     explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells,
                            const std::optional<Spheroid>& reflected = {});
     ~SceneGeometry();

@@ -5,6 +5,7 @@
 #include "geometry/shapes.h"
 #include "rays/camera.h"
 #include "scene/vector3.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,7 +51,8 @@ Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFilters& filt
 /// Returns the distance from the start of a ray to its hit, in scene units; 0 without a hit.
 double depth_of(const Plan& plan, const PixelSample& ray) {
     if (ray.end->status != Status::hit) return 0;
-    const double *from = ray.ray->start.q, *to = ray.end->q;
+    const Double3 from = start_position(plan.scene->space, ray.ray->start);
+    const double* to = ray.end->q;
     return plan.scene->unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
 

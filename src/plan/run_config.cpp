@@ -2,7 +2,7 @@
 
 #include "error.h"
 #include "kernels/assertion.h"
-#include "plan/charts.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -101,6 +101,16 @@ double chord_tolerance(const Scene& scene, Purpose purpose) {
                                        : greatest;
 }
 
+/// Returns true if rays of this view can change between ingoing and outgoing coordinates on their way. They need not if
+/// no surface lies on their way; their ends are converted in any case.
+bool changes_charts_on_the_way(const Scene& scene, const View& view) {
+    if (!horizon_of_spinning_hole(scene.space)) return false;
+    if (is_nearly_extreme(scene.space)) return true;
+    const bool may_start_ingoing =
+        !view.has_camera || scene.description.camera.type == CameraType::orthographic || view.camera.start.ingoing;
+    return may_start_ingoing && scene.geometry->kernel_view();
+}
+
 }  // namespace
 
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose) {
@@ -164,7 +174,7 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.capture_radius = scene.limits.capture_radius;
     job.capture_stretch = scene.limits.capture_stretch;
     job.hole = scene.space.hole();
-    job.chart_radius = chart_changes_on_the_way(scene, view) ? scene.limits.chart_radius : 0;
+    job.chart_radius = changes_charts_on_the_way(scene, view) ? scene.limits.chart_radius : 0;
     job.parameter_limit = run.parameter_limit;
     job.use_symmetry = run.use_symmetry;
     job.hit = run.hit;

@@ -4,11 +4,11 @@
 #include "film/film.h"
 #include "formula/nodes.h"
 #include "modules/modules.h"
-#include "plan/charts.h"
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "plan/units.h"
 #include "scene/vector3.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +86,7 @@ RayLimits ray_limits(const Scene& scene, const Options& options, Purpose purpose
     limits.escape_radius = throat > 0 ? 0.5 * (stated + std::sqrt(stated * stated + 4 * throat * throat)) : stated;
     limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
     limit_capture(scene, options, purpose, limits);
-    limits.chart_radius = chart_radius(scene);
+    limits.chart_radius = chart_radius(scene.space, *scene.geometry);
     return limits;
 }
 
@@ -120,7 +120,9 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
                                                               horizon_of_spinning_hole(scene->space));
     scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
     scene->limits = ray_limits(*scene, options, purpose);
-    check_surfaces_at_horizon(*scene, purpose);
+    const Double3 camera = subtract(s.camera.position, s.space.center);
+    check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,
+                              purpose == Purpose::picture ? camera.data() : nullptr, scene->unit);
     return scene;
 }
 

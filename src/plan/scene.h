@@ -17,7 +17,7 @@ struct RayLimits {
     /// An inward ray that cannot return is captured where |(x, y, capture_stretch·z)| is less than capture_radius,
     /// because no surface lies farther inward.
     double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
-    double chart_radius = 0;  ///< Radius |q| inside which rays may be in ingoing coordinates (plan/charts.h).
+    double chart_radius = 0;  ///< Radius |q| inside which rays may be in ingoing coordinates (spaces/charts.h).
 };
 
 /// A loaded scene.

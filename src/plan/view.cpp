@@ -2,11 +2,11 @@
 
 #include "error.h"
 #include "geometry/clearance.h"
-#include "plan/charts.h"
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "scene/value.h"
 #include "scene/vector3.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -143,7 +143,8 @@ double pixel_size(const SceneDescription& scene, double distance) {
 }
 
 Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
-    const Failure failure = scene.space.observe(observer, q, starts_ingoing(scene, observer, q), map);
+    const bool ingoing = starts_ingoing(scene.space, scene.limits.chart_radius, observer, q);
+    const Failure failure = scene.space.observe(observer, q, ingoing, map);
     map.has_no_surfaces = !scene.geometry->kernel_view();
     return failure;
 }

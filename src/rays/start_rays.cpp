@@ -1,6 +1,6 @@
 #include "rays/start_rays.h"
 
-#include "plan/charts.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ RayStart start_along(const Plan& plan, const double (&q)[3], const Double3& d) {
     RayStart start = plan.scene->space.start(near, d);
     start.escaped = far && start.failure == Failure::none;
     std::copy(q, q + 3, start.q);
-    if (start.failure == Failure::none && starts_ingoing(*plan.scene, std::nullopt, q)) {
+    if (start.failure == Failure::none && starts_ingoing(plan.scene->space, plan.scene->limits.chart_radius, std::nullopt, q)) {
         const Hole hole = plan.scene->space.hole();
         plan.module().to_ingoing(&hole, &start);
     }

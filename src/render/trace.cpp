@@ -1,8 +1,8 @@
 #include "render/trace.h"
 
-#include "plan/charts.h"
 #include "rays/coherence.h"
 #include "render/run.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <chrono>
@@ -39,9 +39,9 @@ void to_scene_coordinates(const Plan& plan, Point& point) {
 /// form, in which `trace` prints it. `Point` is RayEnd or PathPoint, in the coordinates of the kernels.
 template <class Point>
 void to_ingoing_form(const Plan& plan, const RayStart& start, Point& point) {
-    if (!start.ingoing || !is_inside_horizon(*plan.scene, start.q)) return;
+    if (!start.ingoing || !is_inside_horizon(plan.scene->space, start.q)) return;
     const Hole hole = plan.scene->space.hole();
-    if (is_inside_horizon(*plan.scene, point.q)) point.pt = -point.pt;
+    if (is_inside_horizon(plan.scene->space, point.q)) point.pt = -point.pt;
     else plan.module().momentum_in_ingoing_form(&hole, point.q, point.p, &point.pt);
 }
 

@@ -253,7 +253,7 @@ TEST(FallingObserver, ShadowMatchesAberration) {
 }
 
 // The critical impact parameters do not depend on the observer. The left edge of the shadow has the impact parameter of
-// prograde light. In the metric with t → −t, which falling observers use, the impact parameter is (x p_y − y p_x)/p_t.
+// prograde light, (x p_y − y p_x)/p_t.
 TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
     for (const double spin : {0.9, 1.0}) {
         const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = " + std::to_string(spin), "escape_radius = 60",
@@ -269,8 +269,6 @@ TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
             EXPECT_NEAR(b, expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;
         }
     }
-    const auto without_observer = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 60");
-    EXPECT_THROW(start_rays(*without_observer, {{{0, -50, 0}, {0, 1, 0}}}, ObserverKind::falling), RunError);
 }
 
 // An observer of the kind `zamo` has zero angular momentum. Its energy is compared with the lapse of Bardeen, Press &
@@ -280,20 +278,20 @@ TEST(ZamoObserver, HasZeroAngularMomentumAndTheEnergyOfTheLapse) {
     const auto plan = plan_of_space("hamiltonian = \"kerr\"\nspin = 0.9", "escape_radius = 30");
     StartMap map;
     const double q[3] = {x, 0, 0};
-    ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, map), Failure::none);
+    ASSERT_EQ(plan->scene->space.observe(ObserverKind::zamo, q, false, map), Failure::none);
     // −offset is the covariant 4-velocity u of the observer. Its angular momentum is x u_y − y u_x.
     EXPECT_NEAR(q[0] * map.offset[1] - q[1] * map.offset[0], 0, 1e-13);
     const double delta = r * r - 2 * r + a * a, A = (r * r + a * a) * (r * r + a * a) - a * a * delta;
     EXPECT_NEAR(map.offset[3], std::sqrt(r * r * delta / A), 1e-12);
     // Inside the ergosphere (r < 2 in the equatorial plane) no static observer exists, but an observer `zamo` exists.
     const double inside[3] = {std::sqrt(1.7 * 1.7 + a * a), 0, 0};
-    EXPECT_EQ(plan->scene->space.observe(ObserverKind::static_, inside, map), Failure::no_observer);
-    EXPECT_EQ(plan->scene->space.observe(ObserverKind::zamo, inside, map), Failure::none);
+    EXPECT_EQ(plan->scene->space.observe(ObserverKind::static_, inside, false, map), Failure::no_observer);
+    EXPECT_EQ(plan->scene->space.observe(ObserverKind::zamo, inside, false, map), Failure::none);
     // Observers inside the inner horizon (r₋ = 0.56) are refused, although time and radius have the same directions
     // there as outside the hole.
     const double innermost[3] = {0.3, 0, 0.1};
     for (const auto kind : {ObserverKind::static_, ObserverKind::zamo})
-        EXPECT_EQ(plan->scene->space.observe(kind, innermost, map), Failure::no_observer);
+        EXPECT_EQ(plan->scene->space.observe(kind, innermost, false, map), Failure::no_observer);
 }
 
 // The momenta of rays of all observers satisfy H = 0.

@@ -188,6 +188,14 @@ Hole hole(std::uint32_t hamiltonian, const double* parameters) {
     });
 }
 
+/// Negates the momenta of a map.
+void negate_momenta(StartMap& map) {
+    for (int i = 0; i < 4; ++i) {
+        map.offset[i] = -map.offset[i];
+        for (double& entry : map.matrix[i]) entry = -entry;
+    }
+}
+
 /// Computes the map from directions to momenta for a `static` or `coordinate` observer in the spacetime of a formula.
 /// Other observers are not defined there.
 Failure observe_formula(ObserverKind kind, const formula::Programs& programs, const double (&q)[3], StartMap& map) {
@@ -199,9 +207,11 @@ Failure observe_formula(ObserverKind kind, const formula::Programs& programs, co
     if (!metric_of(inverse_metric, g)) return Failure::singular_start;
     map.pt = programs.pt;
     const bool is_static = kind == ObserverKind::static_;
-    return compute_rest_frame_map(
+    const Failure failure = compute_rest_frame_map(
         inverse_metric, g, is_static ? std::array{g[0][3], g[1][3], g[2][3], g[3][3]} : std::array{0.0, 0.0, 0.0, -1.0},
         map);
+    if (programs.pt < 0) negate_momenta(map);  // H is −½ g^{ab} p_a p_b
+    return failure;
 }
 
 Failure observe(std::uint32_t hamiltonian, const double* parameters, ObserverKind kind, const double position[3],
@@ -230,9 +240,9 @@ double frequency(std::uint32_t hamiltonian, const double* parameters, const doub
     copy(velocity, v);
     if (hamiltonian == formula_index) {
         Matrix<4> inverse_metric;
-        return formula::inverse_metric_of(formula::programs_in(parameters), q, inverse_metric)
-                   ? frequency_in(inverse_metric, p, pt, v)
-                   : 1;
+        const formula::Programs& programs = formula::programs_in(parameters);
+        if (!formula::inverse_metric_of(programs, q, inverse_metric)) return 1;
+        return frequency_in(inverse_metric, p, pt, v) * (programs.pt > 0 ? 1 : -1);
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
 }

@@ -247,14 +247,20 @@ bool is_quadratic_form(const Expansion<4>& e, const Matrix<4>& g, const std::arr
 }  // namespace
 
 bool inverse_metric_of(const Programs& programs, const double (&q)[3], Matrix<4>& inverse_metric) {
-    if (programs.level != 0 || !(programs.pt > 0)) return false;
+    if (programs.level != 0 || programs.pt == 0) return false;
     // H is compared with the quadratic form at two points.
     const std::array<double, 4> p_first{0, 0, 0, 1}, p_second{0.6, -0.3, 0.7, 0.8};
     const Expansion<4> first = expand<4>(programs, q, p_first);
     inverse_metric = first.hessian;
+    if (!is_quadratic_form(first, inverse_metric, p_first) ||
+        !is_quadratic_form(expand<4>(programs, q, p_second), inverse_metric, p_second))
+        return false;
+    // Light that is followed backward in time has p_t < 0 if H has the signature +−−−.
+    const double sign = programs.pt > 0 ? 1 : -1;
+    for (auto& row : inverse_metric)
+        for (double& entry : row) entry *= sign;
     // g^{tt} is 0 if H does not contain p_t; H then has no metric.
-    return inverse_metric[3][3] < 0 && is_quadratic_form(first, inverse_metric, p_first) &&
-           is_quadratic_form(expand<4>(programs, q, p_second), inverse_metric, p_second);
+    return inverse_metric[3][3] < 0;
 }
 
 /// Tries several methods in turn and returns the first solution. First come a quadratic step and Newton's method from

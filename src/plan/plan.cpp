@@ -41,6 +41,7 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     const auto add_remark = [&](const std::string& remark) { remarks.push_back(remark); };
     const bool is_picture = purpose == Purpose::picture, has_error_bound = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
+    if (!scene.form_remark.empty()) remarks.push_back(scene.form_remark);
     if (has_error_bound && !is_picture)
         add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
                    method.name + " with its stated or default step");

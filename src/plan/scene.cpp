@@ -9,6 +9,7 @@
 #include "plan/units.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
+#include "spaces/formula_form.h"
 
 #include <algorithm>
 #include <cmath>
@@ -111,9 +112,12 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     scene->unit = length_unit(description);
     convert_lengths(description, info, scene->unit);
     scene->description = std::move(description);
-    const SceneDescription& s = scene->description;
+    SceneDescription& s = scene->description;
+    if (s.space.formula)
+        scene->form_remark = adapt_to_form(*s.space.formula, subtract(s.camera.position, s.space.center),
+                                           purpose == Purpose::picture);
     scene->space = make_space(s.space, module, s.integrator.escape_radius);
-    if (s.space.formula) scene->description.integrator = with_scaled_steps(*scene);
+    if (s.space.formula) s.integrator = with_scaled_steps(*scene);
     scene->straight = scene->space.is_straight();
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
     scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose),
@@ -187,6 +191,11 @@ std::string why_failed(const Scene& scene, Precision precision, Failure failure)
         return "the momentum grows without bound, as where the speed of the rays falls to zero; end the rays before, "
                "by space.domain, space.capture or a smaller integrator.escape_radius";
     std::string reason = describe(failure);
+    if (failure == Failure::no_momentum && formula) {
+        const std::string cause = cause_of_missing_momentum(
+            *formula, subtract(scene.description.camera.position, scene.description.space.center));
+        return cause.empty() ? reason : reason + ": " + cause;
+    }
     if (failure != Failure::not_finite) return reason;
     if (precision == Precision::float32) reason += "; --precision double has a larger range";
     if (states_rescaling(scene)) reason += "; or integrator.rescale is not greater than 0 at a point of the path";

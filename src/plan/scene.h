@@ -26,6 +26,7 @@ struct Scene {
     Space space;
     std::vector<double> programs;  ///< Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression;
                                    ///< else empty.
+    std::string form_remark;       ///< Remark on the form of a formula (spaces/formula_form.h); empty if there is none.
     double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
     bool straight = false;         ///< True if every ray is a straight line, so that no method is needed.
     RayLimits limits;

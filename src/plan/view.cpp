@@ -83,6 +83,17 @@ bool is_exact(const StartMap& map, const Scene& scene, const View& view) {
     return true;
 }
 
+/// Returns true if a ray can start at the camera in at least one direction. Rays in other directions fail.
+bool has_momentum_in_some_direction(const Scene& scene, const View& view) {
+    constexpr int directions = 500;  // spread evenly over the sphere
+    for (int i = 0; i < directions; ++i) {
+        const double height = 2 * (i + 0.5) / directions - 1, width = std::sqrt(1 - height * height), angle = 2.39996 * i;
+        const Double3 d{width * std::cos(angle), width * std::sin(angle), height};
+        if (scene.space.start(view.camera.position, d).failure == Failure::none) return true;
+    }
+    return false;
+}
+
 /// Sets the map from directions to momenta for a formula that is not a spacetime. The camera is at rest in the
 /// coordinates. The map exists if H is quadratic in p; otherwise, sets View::solves_each_direction. Returns the failure
 /// of the ray through the centre of the picture if there is no map.
@@ -90,7 +101,8 @@ Failure set_formula_map(const Scene& scene, View& view) {
     const RayStart center_ray = scene.space.start(view.camera.position, view.forward);
     view.camera.start = quadratic_map(*scene.description.space.formula, view.camera.position, center_ray.pt);
     view.solves_each_direction = !is_exact(view.camera.start, scene, view);
-    return view.solves_each_direction ? center_ray.failure : Failure::none;
+    if (!view.solves_each_direction || has_momentum_in_some_direction(scene, view)) return Failure::none;
+    return center_ray.failure;
 }
 
 /// Sets the map from directions in the observer's rest frame at the camera's position to momenta. Returns the reason if
@@ -114,7 +126,7 @@ Failure set_observer_map(const Scene& scene, View& view) {
     }
     const std::string& name = name_of(camera.observer);
     const std::string reason =
-        describe(failure) + (others.empty() ? std::string() : "; possible observers at this position: " + others);
+        why_failed(scene, Precision::float64, failure) + (others.empty() ? std::string() : "; possible observers at this position: " + others);
     if (others.empty() || !camera.observer_location)
         throw InputError(camera.position_location, position_of_camera(scene) + ": no " + name +
                                                        " observer can exist at this position: " + reason);

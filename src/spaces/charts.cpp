@@ -82,19 +82,17 @@ void check_surfaces_at_horizon(const Space& space, const SceneGeometry& geometry
     const std::string radius = "r = " + to_toml(horizon->pole * unit);
     for (std::uint32_t i = 0; i < objects.size(); ++i) {
         const SpheroidRange range = geometry.range_of(i, *horizon);
-        if (camera && !camera_is_inside && range.least <= 1)
+        if (camera && !camera_is_inside && range.greatest < 1)
             throw InputError(objects[i].location,
-                             "object " + objects[i].name + " reaches into the horizon, " + radius +
+                             "object " + objects[i].name + " lies inside the horizon, " + radius +
                                  ", from which no light comes to a camera outside. Move the object outside, or the "
                                  "camera inside");
-        const double inner_limit = camera_is_inside ? (1 + least_gap) * horizon->equator : 0;
-        const bool crosses = range.least <= 1 && range.greatest >= 1,
-                   almost_touches = range.greatest >= 1 && geometry.range_of(i, {1, 1}).least <= inner_limit;
-        if (spins && (crosses || almost_touches))
+        if (spins && camera_is_inside && range.greatest >= 1 &&
+            geometry.range_of(i, {1, 1}).least <= (1 + least_gap) * horizon->equator)
             throw InputError(objects[i].location,
                              "object " + objects[i].name + " touches the horizon of a spinning hole, " + radius +
-                                 ", or almost touches it. Positions inside are in other coordinates than positions "
-                                 "outside; move the object");
+                                 ", or almost touches it. For a camera inside, positions inside are in other "
+                                 "coordinates than positions outside; move the object");
     }
 }
 

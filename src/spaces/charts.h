@@ -36,10 +36,9 @@ bool starts_ingoing(const Space& space, double chart_radius, std::optional<Obser
 /// Returns the position of a ray's start in the coordinates of the scene, relative to the centre of the space.
 Double3 start_position(const Space& space, const RayStart& start);
 
-/// Throws InputError if an object crosses the horizon of a spinning hole or almost touches it from outside while the
-/// camera is inside, or if an object reaches into a horizon with a camera outside. `camera` is the position of the
-/// camera relative to the centre of the space, or nullptr for a ray list. `unit` is the unit of length in units of the
-/// scene file.
+/// Throws InputError if an object lies inside a horizon although the camera is outside, or if it touches the horizon of
+/// a spinning hole and the camera is inside. `camera` is the position of the camera relative to the centre of the
+/// space, or nullptr for a ray list. `unit` is the unit of length in units of the scene file.
 void check_surfaces_at_horizon(const Space& space, const SceneGeometry& geometry,
                                const std::vector<ObjectDescription>& objects, const double* camera, double unit);
 

@@ -220,8 +220,9 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Wormhole,
                                          Variant{"orbit", "packet", "orbit-srkn14", "0.05", 1e-8}),
                          [](const auto& chosen) { return std::string(chosen.param.name); });
 
-// An observer who falls from rest at infinity has the speed s = √(r_g/r). For the direction d, the momentum is p_t =
-// −(1 + s d_r), p_r = d_r + (1 + s d_r) s/(1 + s), p_⊥ = d_⊥, also on and inside the horizon.
+// An observer who falls from rest at infinity has the speed s = √(r_g/r). For the direction d, the energy is E = 1 + s
+// d_r. In ingoing coordinates, p_r = d_r + E s/(1 + s) and p_⊥ = d_⊥, also on and inside the horizon, and the kernel's
+// p_t is −E. Rays that start at r ≥ 2 r_g are in outgoing coordinates, with p_t = E and p_r greater by 2 E r_g/(r − r_g).
 TEST(FallingObserver, MomentaInSchwarzschildMatchTheClosedForm) {
     const auto plan = plan_of_space("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     for (const double r : {10.0, 3.0, 1.0, 0.5}) {
@@ -230,8 +231,10 @@ TEST(FallingObserver, MomentaInSchwarzschildMatchTheClosedForm) {
             const RayStart start =
                 start_rays(*plan, {{{r, 0, 0}, {d_r, std::sin(angle), 0}}}, ObserverKind::falling)[0];
             ASSERT_EQ(start.failure, Failure::none) << r;
-            EXPECT_NEAR(start.pt, -(1 + s * d_r), 1e-12);
-            EXPECT_NEAR(start.p[0], d_r + (1 + s * d_r) * s / (1 + s), 1e-12);
+            const double energy = 1 + s * d_r;
+            EXPECT_EQ(start.ingoing, r < 2);
+            EXPECT_NEAR(start.pt, start.ingoing ? -energy : energy, 1e-12);
+            EXPECT_NEAR(start.p[0], d_r + energy * s / (1 + s) + (start.ingoing ? 0 : 2 * energy / (r - 1)), 1e-12);
             EXPECT_NEAR(start.p[1], std::sin(angle), 1e-12);
         }
     }
@@ -266,7 +269,7 @@ TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
             const RayStart critical = ray_at(capture_boundary(*plan, 0, 0.3, ray_at, 1e-11));
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
             const double b = (critical.q[0] * critical.p[1] - critical.q[1] * critical.p[0]) / critical.pt;
-            EXPECT_NEAR(b, expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;
+            EXPECT_NEAR(b, -expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;
         }
     }
 }

@@ -1,8 +1,11 @@
 #include "appearance/paints.h"
 
 #include "appearance/blackbody.h"
+#include "film/read_image.h"
 
 #include <algorithm>
+#include <atomic>
+#include <future>
 #include <map>
 
 namespace kagero {
@@ -12,19 +15,55 @@ namespace {
 /// `enabled` is true.
 struct Images {
     bool enabled;
-    std::map<std::string, std::shared_ptr<const Image>> full;
+    std::map<std::string, std::shared_ptr<const StoredImage>> full;
     std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
 };
+
+/// Reads an image for a paint, and computes its coarser copies on another thread while the file is read.
+void read_texture(LoadedPaint& loaded, Mapping mapping) {
+    ImageReader reader(loaded.paint.texture, loaded.paint.location);
+    const int height = reader.image().height;
+    std::atomic<int> rows_read = 0;  // negative if reading failed
+    const auto reduce = [&] {
+        ImageReduction reduction(reader.image().width, height, mapping);
+        for (int added = 0, ready = 0; added < height; added = ready) {
+            rows_read.wait(added);
+            ready = rows_read;
+            if (ready < 0) break;
+            reduction.add_rows(reader.image(), ready);
+        }
+        return reduction.take_images();
+    };
+    const auto publish = [&](int rows) {
+        rows_read = rows;
+        rows_read.notify_one();
+    };
+    // If no thread can be started, the copies are computed at the end.
+    std::future<std::vector<Image>> coarser = std::async(std::launch::async | std::launch::deferred, reduce);
+    try {
+        while (!reader.is_done()) {
+            reader.read_strip();
+            publish(reader.rows_read());
+        }
+    } catch (...) {
+        publish(-1);
+        throw;
+    }
+    loaded.coarser = std::make_shared<const std::vector<Image>>(coarser.get());
+    loaded.image = std::make_shared<const StoredImage>(reader.take_image());
+}
 
 LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
     LoadedPaint loaded{paint, nullptr, nullptr};
     if (paint.kind != Paint::Kind::texture || !images.enabled) return loaded;
     auto& image = images.full[paint.texture];
-    if (!image) image = std::make_shared<const Image>(read_image(paint.texture, paint.location));
     auto& coarser = images.coarser[{paint.texture, mapping}];
-    if (!coarser) coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
     loaded.image = image;
     loaded.coarser = coarser;
+    if (!image) read_texture(loaded, mapping);
+    else if (!coarser) loaded.coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
+    image = loaded.image;
+    coarser = loaded.coarser;
     return loaded;
 }
 

@@ -10,11 +10,6 @@ namespace {
 
 constexpr double max_probes = 16;  ///< Maximum number of probes per colour.
 
-/// Adds `weight` times the `count` values at `from` to the values at `to`.
-void accumulate(float* to, const float* from, double weight, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<float>(weight) * from[i];
-}
-
 /// Divides an interval into n source cells and into m ≤ n target cells, and calls visit(source, target, overlap) for
 /// every overlapping pair. The length of the overlap is in source cells.
 template <class Visit>
@@ -27,81 +22,70 @@ void for_overlaps(int n, int m, const Visit& visit) {
     }
 }
 
-/// Returns the image reduced to `width` columns.
-Image with_columns(const Image& image, int width) {
-    Image result{width, image.height,
-                 std::vector<float>(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(image.height))};
-    const double weight = static_cast<double>(width) / image.width;  // weight of one source column in a target column
-    for (int y = 0; y < image.height; ++y) {
-        const float* from = &image.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width)];
-        float* to = &result.rgb[3 * static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
-        for_overlaps(image.width, width, [&](int source, int target, double overlap) {
-            accumulate(to + 3 * target, from + 3 * source, overlap * weight, 3);
-        });
+/// Returns the area of a part of an image with `rows` rows. On a sphere, it is proportional to the difference of the
+/// sines of the latitudes of the edges.
+double band_area(Mapping mapping, double top, double bottom, int rows) {
+    if (mapping == Mapping::plane) return (bottom - top) / rows;
+    return std::cos(std::numbers::pi * top / rows) - std::cos(std::numbers::pi * bottom / rows);
+}
+
+/// The level of an image that is finer than a stripe, and the next one. Level 0 is the image, and level i is
+/// coarser[i − 1]. `Stored` is the type of the components of the finer level.
+template <class Stored>
+struct LevelPair {
+    Texels<Stored> fine;
+    const Image* next;  ///< Null if only the finer level is used.
+    float weight = 0;   ///< Weight of the next level.
+
+    /// Returns the colour at `uv`, interpolated between the two levels.
+    Float3 color(const std::array<double, 2>& uv, Edges edges) const {
+        Float3 color = texture_color(fine, uv[0], uv[1], edges);
+        if (!next) return color;
+        const Float3 coarse = texture_color(texels_of(*next), uv[0], uv[1], edges);
+        for (std::size_t k = 0; k < 3; ++k) color[k] += weight * (coarse[k] - color[k]);
+        return color;
     }
-    return result;
-}
+};
 
-/// Returns the image reduced to `height` rows. Source rows are weighted by their areas. On a sphere, the area of a row
-/// is proportional to the difference of the sines of the latitudes of its edges.
-Image with_rows(const Image& image, int height, Mapping mapping) {
-    const auto row = 3 * static_cast<std::size_t>(image.width);
-    Image result{image.width, height, std::vector<float>(row * static_cast<std::size_t>(height))};
-    const auto area = [mapping](double top, double bottom, int rows) {
-        if (mapping == Mapping::plane) return (bottom - top) / rows;
-        return std::cos(std::numbers::pi * top / rows) - std::cos(std::numbers::pi * bottom / rows);
-    };
-    const double ratio = static_cast<double>(image.height) / height;
-    for_overlaps(image.height, height, [&](int source, int target, double) {
-        const double top = std::max<double>(source, target * ratio),
-                     bottom = std::min<double>(source + 1, (target + 1) * ratio);
-        const double weight = area(top, bottom, image.height) / area(target, target + 1, height);
-        accumulate(&result.rgb[static_cast<std::size_t>(target) * row],
-                   &image.rgb[static_cast<std::size_t>(source) * row], weight, row);
-    });
-    return result;
-}
-
-/// Returns the colour at `uv`, interpolated between the two levels next to `level`. Level 0 is the image, and level i
-/// is coarser[i − 1].
-Float3 trilinear(const Image& image, const std::vector<Image>& coarser, const std::array<double, 2>& uv, double level,
-                 Edges edges) {
-    const auto [u, v] = uv;
-    const auto color_at = [&, u = u, v = v](std::size_t i) {
-        return texture_color(i ? coarser[i - 1] : image, u, v, edges);
-    };
+/// Calls visit(LevelPair) with the two levels next to `level`, and returns its result.
+template <class Visit>
+Float3 visit_levels(const StoredImage& image, const std::vector<Image>& coarser, double level, const Visit& visit) {
     const double last_level = static_cast<double>(coarser.size());
-    if (!(level > 0)) return color_at(0);  // also if `level` is NaN
-    if (level >= last_level) return color_at(coarser.size());
+    if (!(level > 0) || coarser.empty())  // also if `level` is NaN
+        return visit_texels(image, [&](const auto& texels) { return visit(LevelPair{texels, nullptr}); });
+    if (level >= last_level) return visit(LevelPair{texels_of(coarser.back()), nullptr});
     const auto fine = static_cast<std::size_t>(level);
     const auto weight = static_cast<float>(level - static_cast<double>(fine));
-    Float3 color = color_at(fine);
-    const Float3 next = color_at(fine + 1);
-    for (std::size_t k = 0; k < 3; ++k) color[k] += weight * (next[k] - color[k]);
-    return color;
+    const Image* const next = &coarser[fine];
+    if (fine == 0)
+        return visit_texels(image, [&](const auto& texels) { return visit(LevelPair{texels, next, weight}); });
+    return visit(LevelPair{texels_of(coarser[fine - 1]), next, weight});
 }
 
 /// Returns the probes for a stripe on a sphere whose length and width are in radians. A texel counts as wide as the
 /// shorter side of a texel on the equator. Texels near the poles are narrower along the rows, but the image resolves no
 /// finer detail there.
-Probes probes_on_sphere(const Image& image, double length, double width) {
+Probes probes_on_sphere(const StoredImage& image, double length, double width) {
     const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
     return {length / texel, width / texel};
 }
 
 /// Returns the mean of the image along a stripe. position(t) returns u and v on the stripe's axis for t from −½ to ½.
+/// The types of the components are distinguished once per stripe.
 template <class Position>
-Float3 mean_along(const Image& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
+Float3 mean_along(const StoredImage& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
                   const Position& position) {
-    if (probes.count == 1) return trilinear(image, coarser, position(0), probes.level, edges);
-    Float3 color{};
-    const double spacing = 1.0 / probes.count;
-    for (int i = 0; i < probes.count; ++i) {
-        const Float3 probe = trilinear(image, coarser, position((i + 0.5) * spacing - 0.5), probes.level, edges);
-        for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k];
-    }
-    for (float& channel : color) channel *= static_cast<float>(spacing);
-    return color;
+    return visit_levels(image, coarser, probes.level, [&](const auto& levels) {
+        if (probes.count == 1) return levels.color(position(0), edges);
+        Float3 color{};
+        const double spacing = 1.0 / probes.count;
+        for (int i = 0; i < probes.count; ++i) {
+            const Float3 probe = levels.color(position((i + 0.5) * spacing - 0.5), edges);
+            for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k];
+        }
+        for (float& channel : color) channel *= static_cast<float>(spacing);
+        return color;
+    });
 }
 
 }  // namespace
@@ -112,23 +96,81 @@ Probes::Probes(double length, double width) {
     if (length > step) count += static_cast<int>(length / step * (1 - 1e-9));
 }
 
-SkyFilter sky_filter(const Image& image, const Footprint& footprint) {
+SkyFilter sky_filter(const StoredImage& image, const Footprint& footprint) {
     return {footprint, probes_on_sphere(image, length(footprint.major), length(footprint.minor))};
 }
 
-std::vector<Image> coarser_images(const Image& image, Mapping mapping) {
-    std::vector<Image> images;
-    for (const Image* last = &image; last->width > 1 || last->height > 1; last = &images.back()) {
-        Image next = with_columns(*last, std::max(1, last->width / 2));
-        images.push_back(with_rows(next, std::max(1, last->height / 2), mapping));
+ImageReduction::ImageReduction(int width, int height, Mapping mapping) {
+    while (width > 1 || height > 1) {
+        const int columns = std::max(1, width / 2), rows = std::max(1, height / 2);
+        Level level{{columns, rows, {}}, {}, {}};
+        level.image.rgb.resize(3 * static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+        level.reduced_row.resize(3 * static_cast<std::size_t>(columns));
+        const double column_weight = static_cast<double>(columns) / width;
+        for_overlaps(width, columns, [&](int source, int target, double overlap) {
+            level.columns.push_back({source, target, static_cast<float>(overlap * column_weight)});
+        });
+        const double ratio = static_cast<double>(height) / rows;
+        for_overlaps(height, rows, [&](int source, int target, double) {
+            const double top = std::max<double>(source, target * ratio),
+                         bottom = std::min<double>(source + 1, (target + 1) * ratio);
+            const double weight =
+                band_area(mapping, top, bottom, height) / band_area(mapping, target, target + 1, rows);
+            level.rows.push_back({source, target, static_cast<float>(weight)});
+        });
+        levels_.push_back(std::move(level));
+        width = columns;
+        height = rows;
     }
+}
+
+void ImageReduction::add_row(std::size_t index, const float* row) {
+    if (index == levels_.size()) return;
+    Level& level = levels_[index];
+    std::fill(level.reduced_row.begin(), level.reduced_row.end(), 0.0f);
+    for (const auto& [source, target, weight] : level.columns)
+        for (int c = 0; c < 3; ++c) level.reduced_row[std::size_t(3 * target + c)] += weight * row[3 * source + c];
+    const int source_row = level.source_rows++;
+    for (; level.next < level.rows.size() && level.rows[level.next].source == source_row; ++level.next) {
+        const auto& [source, target, weight] = level.rows[level.next];
+        const std::size_t size = level.reduced_row.size();
+        float* const to = &level.image.rgb[size * static_cast<std::size_t>(target)];
+        for (std::size_t i = 0; i < size; ++i) to[i] += weight * level.reduced_row[i];
+        const bool is_complete = level.next + 1 == level.rows.size() || level.rows[level.next + 1].target != target;
+        if (is_complete) add_row(index + 1, to);
+    }
+}
+
+void ImageReduction::add_rows(const StoredImage& image, int end) {
+    visit_texels(image, [&](const auto& texels) {
+        const std::size_t size = 3 * static_cast<std::size_t>(texels.width);
+        std::vector<float> row(size);
+        for (; added_rows_ < end; ++added_rows_) {
+            const std::size_t begin = size * static_cast<std::size_t>(added_rows_);
+            for (std::size_t i = 0; i < size; ++i) row[i] = texels[begin + i];
+            add_row(0, row.data());
+        }
+    });
+}
+
+std::vector<Image> ImageReduction::take_images() {
+    std::vector<Image> images;
+    for (Level& level : levels_) images.push_back(std::move(level.image));
     return images;
 }
 
-Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
+std::vector<Image> coarser_images(const StoredImage& image, Mapping mapping) {
+    ImageReduction reduction(image.width, image.height, mapping);
+    reduction.add_rows(image, image.height);
+    return reduction.take_images();
+}
+
+Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const SkyFilter& filter) {
     const auto [u, v] = sky_coordinates(direction, axes);
-    if (filter.probes.count == 1) return trilinear(image, coarser, {u, v}, filter.probes.level, repeat_along_u);
+    if (filter.probes.count == 1)
+        return mean_along(image, coarser, filter.probes, repeat_along_u,
+                          [&, u = u, v = v](double) { return std::array{u, v}; });
     // The stripe lies on a great circle. If u and v are linear along it within a quarter of a texel, their derivatives
     // are used.
     const Double3& along = filter.footprint.major;
@@ -146,7 +188,7 @@ Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, 
     });
 }
 
-Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center,
+Float3 sphere_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& from_center,
                             const Double3& right, const Double3& below) {
     const double inverse = 1 / length(from_center);
     const Double3 outward = scaled(from_center, inverse);
@@ -161,7 +203,7 @@ Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarse
     });
 }
 
-Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v,
+Float3 surface_texture_color(const StoredImage& image, const std::vector<Image>& coarser, double u, double v,
                              const UvPatch& patch, Edges edges) {
     const double columns = image.width, rows = image.height;
     const PrincipalAxes axes =

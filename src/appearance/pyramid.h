@@ -9,10 +9,41 @@ namespace kagero {
 /// Mapping of an image to a plane, or to a sphere by equirectangular projection.
 enum class Mapping { plane, sphere };
 
-/// Returns copies of an image with decreasing resolution. Each copy has half the rows and columns of the previous one,
-/// rounded down. The last copy has one texel, the mean over the plane or sphere. Texels are weighted by their areas on
-/// the plane or sphere.
-std::vector<Image> coarser_images(const Image& image, Mapping mapping = Mapping::sphere);
+/// Computes copies of an image with decreasing resolution. Rows of the image are added from the top, so that the copies
+/// are computed while the image is read. Each copy has half the rows and columns of the previous one, rounded down. The
+/// last copy has one texel, the mean over the plane or sphere. Texels are weighted by their areas on the plane or
+/// sphere. A row of a copy is added to the next copy as soon as it is complete.
+class ImageReduction {
+public:
+    /// Prepares the copies of an image of this size.
+    ImageReduction(int width, int height, Mapping mapping);
+    /// Adds the next rows of the image, so that rows 0 to `end` − 1 have been added.
+    void add_rows(const StoredImage& image, int end);
+    /// Returns the copies, after all rows of the image have been added.
+    std::vector<Image> take_images();
+
+private:
+    /// A pair of overlapping cells of an axis: a texel, and a texel of the next copy.
+    struct Overlap {
+        int source, target;
+        float weight;  ///< Weight of the source in the target.
+    };
+    /// A copy, and the overlaps with the texels from which it is computed.
+    struct Level {
+        Image image;
+        std::vector<Overlap> columns, rows;
+        std::vector<float> reduced_row{};  ///< A source row, reduced to the columns of the copy.
+        int source_rows = 0;               ///< Number of source rows that were added.
+        std::size_t next = 0;              ///< Index of the first element of `rows` whose source was not added.
+    };
+    void add_row(std::size_t level, const float* row);
+
+    std::vector<Level> levels_;
+    int added_rows_ = 0;
+};
+
+/// Returns the copies of a whole image, computed by ImageReduction.
+std::vector<Image> coarser_images(const StoredImage& image, Mapping mapping = Mapping::sphere);
 
 /// The copies of an image and the number of points in which it is probed, for its mean over a stripe.
 struct Probes {
@@ -32,22 +63,22 @@ struct SkyFilter {
     Probes probes{};
 };
 /// Returns the filter with which an image is averaged over a footprint.
-SkyFilter sky_filter(const Image& image, const Footprint& footprint);
+SkyFilter sky_filter(const StoredImage& image, const Footprint& footprint);
 
 /// Returns the image's mean colour over a footprint around a direction: the mean of the probes along the footprint's
 /// long axis. A probe interpolates trilinearly between the two copies whose texels are closest in size to the short
 /// axis (L. Williams, SIGGRAPH 1983). If the footprint is smaller than a texel, the result is the bilinear
 /// interpolation of the image.
-Float3 sky_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& direction,
+Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const SkyFilter& filter);
 
 /// Returns the image's mean colour over a patch around a point on a sphere, computed as in sky_texture_color.
 /// `from_center` is the point relative to the centre, and `right` and `below` are the sides of the patch.
-Float3 sphere_texture_color(const Image& image, const std::vector<Image>& coarser, const Double3& from_center,
+Float3 sphere_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& from_center,
                             const Double3& right, const Double3& below);
 
 /// Returns the image's mean colour over a patch around the point (u, v) of a surface, computed as in sky_texture_color.
-Float3 surface_texture_color(const Image& image, const std::vector<Image>& coarser, double u, double v,
+Float3 surface_texture_color(const StoredImage& image, const std::vector<Image>& coarser, double u, double v,
                              const UvPatch& patch, Edges edges);
 
 }  // namespace kagero

@@ -9,7 +9,7 @@ namespace kagero {
 /// A paint with its image.
 struct LoadedPaint {
     Paint paint;
-    std::shared_ptr<const Image> image;                 ///< Null unless the paint is a texture.
+    std::shared_ptr<const StoredImage> image;           ///< Null unless the paint is a texture.
     std::shared_ptr<const std::vector<Image>> coarser;  ///< Coarser mipmap levels, from coarser_images.
 };
 

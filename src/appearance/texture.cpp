@@ -133,24 +133,32 @@ double mean_wave(double middle, double width, const CheckerAxis& axis) {
 
 }  // namespace
 
-Float3 texture_color(const Image& image, double u, double v, Edges edges) {
+template <class Stored>
+Float3 texture_color(const Texels<Stored>& texels, double u, double v, Edges edges) {
     // Texel centres are at half-integers, and rows are counted from the top.
-    const double x = u * image.width - 0.5, y = (1 - v) * image.height - 0.5;
-    const Neighbours columns(x, image.width, edges.along_u), rows(y, image.height, edges.along_v);
+    const double x = u * texels.width - 0.5, y = (1 - v) * texels.height - 0.5;
+    const Neighbours columns(x, texels.width, edges.along_u), rows(y, texels.height, edges.along_v);
     const float right = columns.weight, down = rows.weight;
-    const auto row = [&](int i) {
-        return image.rgb.data() + 3 * static_cast<std::size_t>(i) * static_cast<std::size_t>(image.width);
+    const auto index = [&](int row, int column) {
+        return 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(texels.width) +
+                    static_cast<std::size_t>(column));
     };
-    const float *upper = row(rows.first), *lower = row(rows.second);
-    const std::ptrdiff_t left_at = 3 * columns.first, right_at = 3 * columns.second;
+    const std::size_t upper_left_at = index(rows.first, columns.first),
+                      upper_right_at = index(rows.first, columns.second),
+                      lower_left_at = index(rows.second, columns.first),
+                      lower_right_at = index(rows.second, columns.second);
     const float lower_right = right * down, upper_right = right - lower_right, lower_left = down - lower_right,
                 upper_left = 1 - right - lower_left;
     Float3 color;
-    for (std::ptrdiff_t c = 0; c < 3; ++c)
-        color[std::size_t(c)] = (upper_left * upper[left_at + c] + upper_right * upper[right_at + c]) +
-                                (lower_left * lower[left_at + c] + lower_right * lower[right_at + c]);
+    for (std::size_t c = 0; c < 3; ++c)
+        color[c] = (upper_left * texels[upper_left_at + c] + upper_right * texels[upper_right_at + c]) +
+                   (lower_left * texels[lower_left_at + c] + lower_right * texels[lower_right_at + c]);
     return color;
 }
+
+template Float3 texture_color(const Texels<float>&, double, double, Edges);
+template Float3 texture_color(const Texels<std::uint8_t>&, double, double, Edges);
+template Float3 texture_color(const Texels<std::uint16_t>&, double, double, Edges);
 
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch, Edges edges) {
     // All lengths from here on are in squares.

@@ -17,8 +17,9 @@ inline constexpr Edges repeat_both{BeyondEdge::repeat, BeyondEdge::repeat},
     repeat_along_u{BeyondEdge::repeat, BeyondEdge::clamp}, clamp_both{BeyondEdge::clamp, BeyondEdge::clamp};
 
 /// Returns the colour of an image at (u, v), interpolated bilinearly. (0, 0) is the lower left corner of the image, and
-/// (1, 1) is the upper right corner.
-Float3 texture_color(const Image& image, double u, double v, Edges edges);
+/// (1, 1) is the upper right corner. `Stored` is the type of the image's components.
+template <class Stored>
+Float3 texture_color(const Texels<Stored>& texels, double u, double v, Edges edges);
 
 /// Returns the mean colour of a checker over the patch around (u, v). `paint.checker` contains the numbers of squares
 /// for u from 0 to 1 and for v from 0 to 1. The square at (0, 0) has the paint's colour, and its neighbours have a

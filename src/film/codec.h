@@ -5,17 +5,33 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace kagero {
 
-/// A decoded image: floats with one or three channels, row by row from the top.
-struct DecodedImage {
-    int width = 0, height = 0, channels = 0;
-    bool srgb = false;  ///< True for sRGB-encoded values; false for linear values.
-    std::vector<float> values;
+/// Types of the components of a decoded image. Files with components of other types are converted to `float32`.
+enum class ComponentType { uint8, uint16, half, float32 };
+
+/// An image file that is being read. The module implements it for the formats of OpenImageIO.
+class ImageFile {
+public:
+    virtual ~ImageFile() = default;
+    int width = 0, height = 0;
+    int channels = 0;      ///< 1 for grey, or 3 for red, green and blue.
+    ComponentType type = ComponentType::float32;
+    bool is_srgb = false;  ///< True for sRGB-encoded values; false for linear values.
+    int strip_height = 0;  ///< Number of rows per call of `read` for which the reader of the format is fast.
+
+    /// Reads the rows from `begin` to `end` − 1, counted from the top, without changes to the type of the components.
+    /// `begin` is a multiple of `strip_height`, and `end` is the next one, or the height. Returns "" on success,
+    /// otherwise the reason for the failure.
+    virtual std::string read(int begin, int end, void* components) = 0;
+    /// Returns the values of all 256 or 65536 components of a type with 8 or 16 bits. Integers are divided by the
+    /// greatest integer of their type.
+    virtual std::vector<float> values_of_codes() const = 0;
 };
 
 /// A picture to encode. Pixels are stored row by row from the top, with interleaved channels.
@@ -36,8 +52,8 @@ struct PictureToEncode {
 /// The functions of the image module. Each returns "" on success, otherwise the reason for the failure.
 struct Codec {
     std::uint32_t abi;  ///< The value of codec_abi with which the module was compiled.
-    /// Reads an image file.
-    std::string (*read)(const std::string& path, DecodedImage& image);
+    /// Opens an image file for reading.
+    std::string (*open)(const std::string& path, std::unique_ptr<ImageFile>& file);
     /// Encodes a picture as the bytes of a file with this extension, such as ".png".
     std::string (*encode)(const std::string& extension, const PictureToEncode& picture,
                           std::vector<unsigned char>& file);
@@ -46,7 +62,7 @@ struct Codec {
 };
 
 /// Version of this interface. It changes with every change of the types in this file.
-inline constexpr std::uint32_t codec_abi = 3;
+inline constexpr std::uint32_t codec_abi = 4;
 /// Type of the function `kagero_codec`, which the module exports.
 using CodecFunction = const Codec* (*)();
 

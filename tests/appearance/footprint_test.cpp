@@ -1,6 +1,7 @@
 // Tests of averages over footprints on the sky: coarser copies of an image, the footprint of a ray, and the effect of
 // both on a picture.
 #include "appearance/footprint.h"
+#include "tests/support/linear_image.h"
 #include "tests/support/plan_fixture.h"
 #include "appearance/pyramid.h"
 #include "appearance/texture.h"
@@ -28,7 +29,7 @@ Image noise(int width, int height) {
 TEST(CoarserImages, EndWithTheMeanOverTheSphere) {
     for (const auto& [width, height] : {std::pair{64, 32}, {37, 19}, {5, 1}, {1, 7}}) {
         const Image image = noise(width, height);
-        const auto coarser = coarser_images(image);
+        const auto coarser = coarser_images(stored_image(image));
         ASSERT_EQ(coarser.back().width * coarser.back().height, 1);
         double sum = 0;
         for (int y = 0; y < height; ++y)
@@ -43,19 +44,20 @@ TEST(CoarserImages, EndWithTheMeanOverTheSphere) {
 
 TEST(CoarserImages, AreConstantForAConstantImage) {
     Image image{33, 17, std::vector<float>(3 * 33 * 17, 0.5f)};
-    for (const Image& level : coarser_images(image))
+    for (const Image& level : coarser_images(stored_image(image)))
         for (const float value : level.rgb) EXPECT_NEAR(value, 0.5, 1e-5);
 }
 
 TEST(SkyTexture, IsTheInterpolatedImageForFootprintsSmallerThanATexel) {
     const Image image = noise(64, 32);
-    const auto coarser = coarser_images(image);
+    const StoredImage stored = stored_image(image);
+    const auto coarser = coarser_images(stored);
     const Double3 d = unit({1, -2, 0.7}), pole{0, 0, 1};
     const auto [u, v] = sky_coordinates(d, pole);
     const Footprint small{{0, 0, 0.09}, {0.05, 0, 0}};  // a texel is 0.098 radians high
-    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, {}), texture_color(image, u, v, repeat_along_u));
-    EXPECT_EQ(sky_texture_color(image, coarser, d, pole, sky_filter(image, small)),
-              texture_color(image, u, v, repeat_along_u));
+    EXPECT_EQ(sky_texture_color(stored, coarser, d, pole, {}), texture_color(texels_of(image), u, v, repeat_along_u));
+    EXPECT_EQ(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, small)),
+              texture_color(texels_of(image), u, v, repeat_along_u));
 }
 
 // The rows of the image are alternately black and white. A footprint along a row has the colour of the row, and one
@@ -64,16 +66,17 @@ TEST(SkyTexture, IsTheMeanAlongTheMajorAxisOfALongFootprint) {
     Image image{256, 128, std::vector<float>(3 * 256 * 128)};
     for (std::size_t y = 0; y < 128; ++y)
         for (std::size_t i = 0; i < 3 * 256; ++i) image.rgb[3 * 256 * y + i] = y % 2 ? 1.0f : 0.0f;
-    const auto coarser = coarser_images(image);
+    const StoredImage stored = stored_image(image);
+    const auto coarser = coarser_images(stored);
     const double texel = std::numbers::pi / 128;
     const double latitude = 0.5 * texel;  // the middle of the row above the equator, y = 63
     const Double3 d{std::cos(latitude), 0, std::sin(latitude)}, pole{0, 0, 1};
     const Footprint along{{0, 8 * texel, 0}, {0, 0, texel}}, across{{0, 0, 8 * texel}, {0, texel, 0}};
     const Footprint round{{0, 8 * texel, 0}, {0, 0, 8 * texel}};
-    EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, {})[0], 1, 1e-6);
-    EXPECT_GT(sky_texture_color(image, coarser, d, pole, sky_filter(image, along))[0], 0.98);
-    EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, sky_filter(image, across))[0], 0.5, 0.02);
-    EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, sky_filter(image, round))[0], 0.5, 0.02);
+    EXPECT_NEAR(sky_texture_color(stored, coarser, d, pole, {})[0], 1, 1e-6);
+    EXPECT_GT(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, along))[0], 0.98);
+    EXPECT_NEAR(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, across))[0], 0.5, 0.02);
+    EXPECT_NEAR(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, round))[0], 0.5, 0.02);
 }
 
 // An image that is four times as wide as high has texels that are twice as high as wide. The columns are alternately
@@ -81,22 +84,23 @@ TEST(SkyTexture, IsTheMeanAlongTheMajorAxisOfALongFootprint) {
 TEST(SkyTexture, IsAveragedOverColumnsOfAWideImage) {
     Image image{256, 64, std::vector<float>(3 * 256 * 64)};
     for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = i / 3 % 2 ? 1.0f : 0.0f;
-    const auto coarser = coarser_images(image);
+    const StoredImage stored = stored_image(image);
+    const auto coarser = coarser_images(stored);
     const double texel = 2 * std::numbers::pi / 256;
     for (const double offset : {0.0, 0.3, 0.5}) {
         const Double3 d{std::cos(offset * texel), std::sin(offset * texel), 0}, pole{0, 0, 1};
         const Footprint two{{0, 2 * texel, 0}, {0, 0, 2 * texel}};
-        EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, sky_filter(image, two))[0], 0.5, 0.02) << offset;
+        EXPECT_NEAR(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, two))[0], 0.5, 0.02) << offset;
     }
 }
 
 // The number of probes is the major axis divided by the minor axis, limited to 1 to 16. A minor axis that is shorter
 // than a texel counts as one texel.
 TEST(SkyTexture, HasAsManyProbesAsTheAxisRatioOfTheFootprint) {
-    const Image image = noise(64, 32);
+    const StoredImage stored = stored_image(noise(64, 32));
     const double texel = std::numbers::pi / 32;
     const auto probes = [&](double along, double across) {
-        return sky_filter(image, {{0, along * texel, 0}, {0, 0, across * texel}}).probes.count;
+        return sky_filter(stored, {{0, along * texel, 0}, {0, 0, across * texel}}).probes.count;
     };
     EXPECT_EQ(probes(0, 0), 1);
     EXPECT_EQ(probes(0.5, 0.1), 1);
@@ -111,15 +115,16 @@ TEST(SkyTexture, HasAsManyProbesAsTheAxisRatioOfTheFootprint) {
 TEST(SphereTexture, IsSharpAtThePole) {
     Image image{2048, 1024, std::vector<float>(3 * 2048 * 1024, 0.0f)};
     std::fill_n(image.rgb.begin(), 3 * 2048 * 12, 1.0f);
-    const auto coarser = coarser_images(image);
+    const StoredImage stored = stored_image(image);
+    const auto coarser = coarser_images(stored);
     const double pixel = 0.2 * std::numbers::pi / 180, radius = 3;
     for (const double polar : {0.0, 0.003, 0.01, 0.02, 0.033}) {
         const Double3 point{radius * std::sin(polar), 0, radius * std::cos(polar)};
-        EXPECT_GT(sphere_texture_color(image, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95)
+        EXPECT_GT(sphere_texture_color(stored, coarser, point, {radius * pixel, 0, 0}, {0, radius * pixel, 0})[0], 0.95)
             << polar;
     }
     const double outside_cap = 0.042;
-    EXPECT_LT(sphere_texture_color(image, coarser, {std::sin(outside_cap), 0, std::cos(outside_cap)}, {pixel, 0, 0},
+    EXPECT_LT(sphere_texture_color(stored, coarser, {std::sin(outside_cap), 0, std::cos(outside_cap)}, {pixel, 0, 0},
                                    {0, pixel, 0})[0],
               0.05);
 }
@@ -185,7 +190,8 @@ TEST(SkyTexture, IsTheMeanOfProbesOnAGreatCircle) {
         const double u = (double(i / 3 % 512) + 0.5) / 512, v = 1 - (double(i / 3 / 512) + 0.5) / 256;
         image.rgb[i] = float(0.5 + 0.25 * std::sin(waves * v) + 0.25 * std::cos(2 * std::numbers::pi * 20 * u));
     }
-    const auto coarser = coarser_images(image);
+    const StoredImage stored = stored_image(image);
+    const auto coarser = coarser_images(stored);
     const Double3 pole{0, 0, 1};
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
@@ -196,9 +202,9 @@ TEST(SkyTexture, IsTheMeanOfProbesOnAGreatCircle) {
         double mean = 0;
         for (int i = 0; i < 8; ++i) {
             const auto [u, v] = sky_coordinates(unit(add(d, scaled(along, (i + 0.5) / 8 - 0.5))), pole);
-            mean += texture_color(image, u, v, repeat_along_u)[0] / 8.0;
+            mean += texture_color(texels_of(image), u, v, repeat_along_u)[0] / 8.0;
         }
-        EXPECT_NEAR(sky_texture_color(image, coarser, d, pole, sky_filter(image, footprint))[0], mean, 0.03) << n;
+        EXPECT_NEAR(sky_texture_color(stored, coarser, d, pole, sky_filter(stored, footprint))[0], mean, 0.03) << n;
     }
 }
 

@@ -1,5 +1,6 @@
 // Tests of averages over patches of surfaces: charts, which map points of a surface to texture coordinates u and v and
 // their gradients; the mean colours of checkers and textures; and the patch of a ray.
+#include "tests/support/linear_image.h"
 #include "tests/support/plan_fixture.h"
 #include "appearance/footprint.h"
 #include "appearance/pyramid.h"
@@ -138,10 +139,11 @@ TEST(Checker, MeanAlongADiagonalIsTheColorOfTheBrightSquares) {
 TEST(SurfaceTexture, IsAveragedOverItsPatch) {
     Image stripes{128, 64, std::vector<float>(3 * 128 * 64)};
     for (std::size_t i = 0; i < stripes.rgb.size(); ++i) stripes.rgb[i] = i / 3 % 128 % 2 ? 1.0f : 0.0f;
-    const auto coarser = coarser_images(stripes, Mapping::plane);
+    const StoredImage image = stored_image(stripes);
+    const auto coarser = coarser_images(image, Mapping::plane);
     EXPECT_NEAR(coarser.back().rgb[0], 0.5, 1e-6);
     const auto filtered_mean = [&](const UvPatch& patch) {
-        return surface_texture_color(stripes, coarser, 40.5 / 128, 1.3, patch, repeat_both)[0];
+        return surface_texture_color(image, coarser, 40.5 / 128, 1.3, patch, repeat_both)[0];
     };
     EXPECT_NEAR(filtered_mean({}), 0, 1e-6);
     EXPECT_NEAR(filtered_mean({{0, 0.2}, {0.5 / 128, 0}}), 0, 1e-6) << "patch along the columns";

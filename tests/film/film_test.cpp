@@ -3,7 +3,8 @@
 #include "film/film.h"
 
 #include "error.h"
-#include "film/image.h"
+#include "film/read_image.h"
+#include "tests/support/linear_image.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -137,7 +138,7 @@ TEST_F(FilmOnDisk, IsReadAsTheWrittenColors) {
     const Film film = numbered_film({"color", "steps"});
     for (const char* name : {"a.png", "a.tif", "a.bmp", "a.ppm", "a.PNG", "a.pfm"}) {
         write_film(film, path(name), {});
-        const Image image = read_image(path(name), {});
+        const Image image = test::linear_image(read_image(path(name), {}));
         ASSERT_EQ(image.width, static_cast<int>(width)) << name;
         ASSERT_EQ(image.height, static_cast<int>(height)) << name;
         const bool exact = std::string(name) == "a.pfm";
@@ -164,7 +165,7 @@ TEST_F(FilmOnDisk, HasNoNegativeValuesAsHdr) {
     const float values[6] = {-0.5f, 0.25f, 1.0f, 5.0f, 0.0f, 0.5f};
     std::copy(std::begin(values), std::end(values), film.plane("color"));
     write_film(film, path("light.hdr"), {});
-    const Image image = read_image(path("light.hdr"), {});
+    const Image image = test::linear_image(read_image(path("light.hdr"), {}));
     EXPECT_EQ(image.rgb[0], 0);
     EXPECT_NEAR(image.rgb[1], 0.25, 0.005);
     EXPECT_NEAR(image.rgb[3], 5, 0.05);
@@ -185,7 +186,7 @@ TEST_F(FilmOnDisk, IsReadWithTheDisplayWindowOfExr) {
     ASSERT_TRUE(out && out->open(path("part.exr"), spec) && out->write_image(OIIO::TypeDesc::FLOAT, stored) &&
                 out->close())
         << out->geterror();
-    const Image image = read_image(path("part.exr"), {});
+    const Image image = test::linear_image(read_image(path("part.exr"), {}));
     ASSERT_EQ(image.width, 4);
     ASSERT_EQ(image.height, 3);
     for (int y = 0; y < 3; ++y)

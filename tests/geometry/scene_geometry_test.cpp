@@ -3,7 +3,7 @@
 #include "geometry/clearance.h"
 #include "appearance/paints.h"
 #include "geometry/geometry.h"
-#include "appearance/texture.h"
+#include "film/read_image.h"
 #include "tests/support/scene_fixture.h"
 
 #include <algorithm>
@@ -341,9 +341,9 @@ TEST(Texture, DecodesSrgbImages) {
     const std::string path =
         (std::filesystem::temp_directory_path() / ("kagero-gray-" + std::to_string(getpid()) + ".ppm")).string();
     std::ofstream(path) << "P3\n1 1\n255\n188 188 188\n";
-    const Image image = read_image(path, {});
+    const StoredImage image = read_image(path, {});
     std::filesystem::remove(path);
-    EXPECT_NEAR(image.rgb[0], 0.5029, 1e-4);
+    EXPECT_NEAR(visit_texels(image, [](const auto& texels) { return texels[0]; }), 0.5029, 1e-4);
     EXPECT_THROW(read_image(path, {}), InputError);
 }
 

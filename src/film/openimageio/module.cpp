@@ -7,9 +7,12 @@
 #include <OpenImageIO/imageio.h>
 #include <OpenImageIO/strutil.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <stdexcept>
 
 namespace kagero {
@@ -22,33 +25,12 @@ bool is_srgb(const OIIO::ImageSpec& spec) {
            spec.format != OIIO::TypeDesc::DOUBLE && spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
 }
 
-/// Returns the message for an image that does not fit into memory.
-std::string too_large(const DecodedImage& image) {
-    if (image.width == 0) return "requires more memory than is available, even before its size is read";
-    return "states a size of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-           " pixels, which requires more memory than is available";
-}
-
 /// Returns true if an OpenEXR file stores the pixels of a data window that differs from the display window, which is
 /// the picture.
 bool has_partial_data_window(const OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     return input.format_name() == std::string("openexr") &&
            (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
             spec.height != spec.full_height);
-}
-
-/// Changes an image of the data window to an image of the display window. Pixels outside the data window become black.
-void expand_to_display_window(const OIIO::ImageSpec& spec, DecodedImage& image) {
-    OIIO::ImageSpec stored(spec.width, spec.height, image.channels, OIIO::TypeDesc::FLOAT);
-    stored.x = spec.x;
-    stored.y = spec.y;
-    OIIO::ROI display = spec.roi_full();
-    display.chend = image.channels;
-    image.width = display.width();
-    image.height = display.height();
-    std::vector<float> pixels(std::size_t(display.npixels()) * std::size_t(image.channels));
-    OIIO::ImageBuf(stored, image.values.data()).get_pixels(display, OIIO::TypeDesc::FLOAT, pixels.data());
-    image.values = std::move(pixels);
 }
 
 /// Returns the message for an image whose channels are neither grey nor red, green and blue; empty if they are. Alpha
@@ -70,32 +52,121 @@ std::string unreadable_message(const std::string& reason) {
     return "cannot be read as an image: " + (reason.empty() ? "it is truncated or damaged" : reason);
 }
 
-/// Reads an image file; implements Codec::read.
-std::string read(const std::string& path, DecodedImage& image) try {
+/// Returns the type in which components are read: the type of the file, if it is one of ComponentType.
+ComponentType component_type(const OIIO::ImageSpec& spec, int channels) {
+    if (spec.format == OIIO::TypeDesc::UINT8) return ComponentType::uint8;
+    if (spec.format == OIIO::TypeDesc::UINT16) return ComponentType::uint16;
+    for (int channel = 0; channel < channels; ++channel)
+        if (spec.channelformat(channel) != OIIO::TypeDesc::HALF) return ComponentType::float32;
+    return ComponentType::half;
+}
+
+OIIO::TypeDesc type_of(ComponentType type) {
+    switch (type) {
+        case ComponentType::uint8:
+            return OIIO::TypeDesc::UINT8;
+        case ComponentType::uint16:
+            return OIIO::TypeDesc::UINT16;
+        case ComponentType::half:
+            return OIIO::TypeDesc::HALF;
+        default:
+            return OIIO::TypeDesc::FLOAT;
+    }
+}
+
+/// Returns the number of rows that are read at once: whole blocks of the file, with about 16 MB.
+int strip_height_of(const OIIO::ImageSpec& spec) {
+    // Compressed OpenEXR files have blocks of up to 256 rows.
+    const int block = spec.tile_height ? spec.tile_height : spec.get_int_attribute("tiff:RowsPerStrip", 256);
+    const auto rows = static_cast<int>((1 << 24) / spec.scanline_bytes(true));
+    return OIIO::round_to_multiple(std::clamp(rows, 1, spec.height), std::clamp(block, 1, spec.height));
+}
+
+/// Reads an image file with OpenImageIO.
+class OpenImage final : public ImageFile {
+public:
+    /// The picture is the display window of OpenEXR files, and the stored pixels of other files.
+    OpenImage(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)), spec_(input_->spec()) {
+        is_partial_ = has_partial_data_window(*input_, spec_);
+        width = is_partial_ ? spec_.full_width : spec_.width;
+        height = is_partial_ ? spec_.full_height : spec_.height;
+        channels = spec_.nchannels < 3 ? 1 : 3;
+        type = component_type(spec_, channels);
+        is_srgb = kagero::is_srgb(spec_);
+        strip_height = strip_height_of(spec_);
+    }
+    std::string read(int begin, int end, void* components) override try {
+        const bool done = is_partial_ ? read_window(begin, end, static_cast<char*>(components))
+                                      : read_stored(spec_.y + begin, spec_.y + end, components);
+        // Some readers report a truncated file only by an error message, without failing.
+        return done && !input_->has_error() ? std::string() : unreadable_message(input_->geterror());
+    } catch (const std::bad_alloc&) {
+        return "requires more memory than is available";
+    }
+    std::vector<float> values_of_codes() const override {
+        std::vector<std::uint16_t> words(1 << 16);
+        std::iota(words.begin(), words.end(), std::uint16_t{0});
+        const std::vector<std::uint8_t> bytes(words.begin(), words.begin() + 256);
+        const bool is_byte = type == ComponentType::uint8;
+        std::vector<float> values(is_byte ? bytes.size() : words.size());
+        const void* codes = is_byte ? static_cast<const void*>(bytes.data()) : words.data();
+        OIIO::convert_pixel_values(type_of(type), codes, OIIO::TypeDesc::FLOAT, values.data(), int(values.size()));
+        return values;
+    }
+
+private:
+    /// Reads stored rows. The numbers of the rows begin with that of the data window.
+    bool read_stored(int begin, int end, void* components) {
+        if (spec_.tile_width == 0)
+            return input_->read_scanlines(0, 0, begin, end, 0, 0, channels, type_of(type), components);
+        return input_->read_tiles(0, 0, spec_.x, spec_.x + spec_.width, begin, end, 0, 1, 0, channels, type_of(type),
+                                  components);
+    }
+    /// Reads rows of the display window. Pixels outside the data window become black.
+    bool read_window(int begin, int end, char* components) {
+        const std::size_t pixel = type_of(type).size() * std::size_t(channels);
+        std::memset(components, 0, pixel * std::size_t(width) * std::size_t(end - begin));
+        const int left = std::max(spec_.x, spec_.full_x),
+                  right = std::min(spec_.x + spec_.width, spec_.full_x + spec_.full_width),
+                  top = std::max(spec_.y, spec_.full_y + begin),
+                  bottom = std::min(spec_.y + spec_.height, spec_.full_y + end);
+        if (left >= right || top >= bottom) return true;
+        // Rows of tiles are read as a whole.
+        const int block = std::max(1, spec_.tile_height), first = spec_.y + (top - spec_.y) / block * block,
+                  last = std::min(spec_.y + OIIO::round_to_multiple(bottom - spec_.y, block), spec_.y + spec_.height);
+        std::vector<char> stored(pixel * std::size_t(spec_.width) * std::size_t(last - first));
+        if (!read_stored(first, last, stored.data())) return false;
+        for (int y = top; y < bottom; ++y) {
+            const std::size_t to = std::size_t(y - spec_.full_y - begin) * std::size_t(width) +
+                                   std::size_t(left - spec_.full_x),
+                              from = std::size_t(y - first) * std::size_t(spec_.width) + std::size_t(left - spec_.x);
+            std::memcpy(components + pixel * to, &stored[pixel * from], pixel * std::size_t(right - left));
+        }
+        return true;
+    }
+
+    std::unique_ptr<OIIO::ImageInput> input_;
+    OIIO::ImageSpec spec_;
+    bool is_partial_;
+};
+
+/// Opens an image file; implements Codec::open.
+std::string open(const std::string& path, std::unique_ptr<ImageFile>& file) try {
     // Alpha is ignored, so colours are requested as stored, not multiplied by alpha.
     OIIO::ImageSpec configuration;
     configuration.attribute("oiio:UnassociatedAlpha", 1);
-    const auto input = OIIO::ImageInput::open(path, &configuration);
+    auto input = OIIO::ImageInput::open(path, &configuration);
     if (!input) return unreadable_message(OIIO::geterror());
-    const OIIO::ImageSpec spec = input->spec();
+    const OIIO::ImageSpec& spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1)
         return "is not a two-dimensional image with at least one pixel";
-    if (const std::string message = unexpected_channels(spec); !message.empty()) return message;
-    image.width = spec.width;
-    image.height = spec.height;
-    image.channels = spec.nchannels < 3 ? 1 : 3;
-    image.srgb = is_srgb(spec);
-    image.values.resize(std::size_t(spec.width) * std::size_t(spec.height) * std::size_t(image.channels));
-    if (!input->read_image(0, 0, 0, image.channels, OIIO::TypeDesc::FLOAT, image.values.data()))
-        return unreadable_message(input->geterror());
-    // Some readers report a truncated file only by an error message, without failing.
-    if (input->has_error()) return unreadable_message(input->geterror());
-    if (has_partial_data_window(*input, spec)) expand_to_display_window(spec, image);
+    if (std::string message = unexpected_channels(spec); !message.empty()) return message;
+    file = std::make_unique<OpenImage>(std::move(input));
     return {};
 } catch (const std::bad_alloc&) {
-    return too_large(image);
+    return "requires more memory than is available, even before its size is read";
 } catch (const std::length_error&) {
-    return too_large(image);
+    return "requires more memory than is available, even before its size is read";
 }
 
 OIIO::TypeDesc type_of(PictureToEncode::Samples samples) {
@@ -164,7 +235,7 @@ std::string false_colors(const std::vector<float>& numbers, std::vector<float>& 
                : colored.geterror();
 }
 
-constexpr Codec image_module{codec_abi, read, encode, false_colors};
+constexpr Codec image_module{codec_abi, open, encode, false_colors};
 
 }  // namespace
 }  // namespace kagero

@@ -166,8 +166,8 @@ struct Formula {
     std::int32_t parts[2];         ///< H_A and H_B with H = H_A + H_B; both are stated, or neither.
     double level;                  ///< H0.
     double pt;
-    /// For each node that is a min, max or abs: the typical magnitude of the difference of the arguments, or of the
-    /// argument of an abs; null: 1.
+    /// For each node with branches (see `has_branches`): the typical magnitude of the argument whose sign selects the
+    /// branch, or of the difference of the arguments; null: 1.
     const double* branch_magnitudes = nullptr;
     std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
     const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.

@@ -16,8 +16,12 @@ enum class Op : std::uint8_t {
 #undef KAGERO_OPERATION
 };
 
-/// Returns true if the derivatives of the operation jump where it changes its branch.
-constexpr bool has_branches(Op op) { return op == Op::min || op == Op::max || op == Op::abs; }
+/// Returns true if the operation passes or blocks its second operand, depending on the sign of the first.
+constexpr bool is_gate(Op op) { return op == Op::if_positive || op == Op::unless_positive; }
+/// Returns true if the result or its derivatives jump where the operation changes its branch.
+constexpr bool has_branches(Op op) { return op == Op::min || op == Op::max || op == Op::abs || is_gate(op); }
+/// Returns true if the branch depends on the sign of the first operand, not on the difference of the operands.
+constexpr bool branches_by_sign(Op op) { return op == Op::abs || is_gate(op); }
 
 namespace detail {
 

@@ -19,6 +19,7 @@
 ///   recorded(a)      the operations that the tape records for an abbreviation; default: those of `value`
 ///   total(a, b)      `value` for operands that may be 0, infinite or NaN; used for uniform nodes and formulas
 ///   selects_a(a, b)  true if the result is operand a, false if it is operand b; replaces the derivatives
+///   is_gate          true if the result is operand b or 0, depending on the sign of operand a; replaces the derivatives
 ///   adjoint(d, a, y), or adjoint_a(d, a, b, y) and adjoint_b(d, a, b, y)
 ///                    d·∂y/∂a as recorded on the tape, if the order of its factors matters; default: d·derivative
 /// All functions are generic in the number type: scalars, packets, dual numbers and `Recorded` numbers.
@@ -221,6 +222,26 @@ struct Max : Selection {
     template <class T>
     KAGERO_INLINE static constexpr auto selects_a(const T& a, const T& b) { return a >= b; }
 };
+/// A gate: the second operand where the condition c is greater than 0 (IfPositive), or where it is not
+/// (UnlessPositive); else 0, even if the operand is infinite or NaN. The sum of two gates with the same c is a branch:
+/// where(c, a, b) in formulas. Both are 0 or an operand if c is NaN; `total` is then NaN.
+template <bool passes_positive>
+struct Gate : ComposedFunction<2> {
+    static constexpr double flops = 0, rounding = 0;
+    static constexpr bool is_library = false, is_gate = true;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& c, const T& a) {
+        if constexpr (passes_positive) return select(T(0.0) >= c, T(0.0), a);
+        else return select(T(0.0) >= c, a, T(0.0));
+    }
+    template <class T>
+    KAGERO_INLINE static constexpr T total(const T& c, const T& a) {
+        if constexpr (requires { c <= c; }) return select(c <= c, value(c, a), c);
+        else return value(c, a);
+    }
+};
+struct IfPositive : Gate<true> {};
+struct UnlessPositive : Gate<false> {};
 /// The step function: 1 if a ≥ b, else 0. Its derivative is taken as 0.
 struct AtLeast : ComposedFunction<2> {
     static constexpr double flops = 0, rounding = 0;
@@ -235,6 +256,52 @@ struct Abs : Arithmetic<1> {
     KAGERO_INLINE static constexpr T value(const T& a) { return abs(a); }
     template <class T>
     static constexpr T recorded(const T& a) { return max(a, -a); }
+};
+struct Atan : ComposedFunction<1> {
+    static constexpr const char* name = "atan";
+    static constexpr double rounding = 4;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return atan2(a, T(1.0)); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) { return T(1.0) / (T(1.0) + a * a); }
+};
+/// The arc sine. The product (1 − a)(1 + a) is accurate where 1 − a² would cancel.
+struct Asin : ComposedFunction<1> {
+    static constexpr const char* name = "asin";
+    static constexpr double rounding = 8;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return atan2(a, sqrt((T(1.0) - a) * (T(1.0) + a))); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) {
+        return rsqrt((T(1.0) - a) * (T(1.0) + a));
+    }
+};
+struct Acos : ComposedFunction<1> {
+    static constexpr const char* name = "acos";
+    static constexpr double rounding = 8;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return atan2(sqrt((T(1.0) - a) * (T(1.0) + a)), a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) {
+        return -rsqrt((T(1.0) - a) * (T(1.0) + a));
+    }
+};
+struct Cosh : ComposedFunction<1> {
+    static constexpr const char* name = "cosh";
+    static constexpr double rounding = 6;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return T(0.5) * (exp(a) + exp(-a)); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T& y) { return tanh(a) * y; }
+};
+/// The hyperbolic sine as tanh · cosh, which does not cancel near 0.
+struct Sinh : ComposedFunction<1> {
+    static constexpr const char* name = "sinh";
+    static constexpr double rounding = 12;
+    template <class T>
+    KAGERO_INLINE static constexpr T value(const T& a) { return tanh(a) * Cosh::value(a); }
+    template <class T>
+    KAGERO_INLINE static constexpr T derivative(const T& a, const T&) { return Cosh::value(a); }
 };
 
 }  // namespace operations
@@ -256,7 +323,14 @@ struct Abs : Arithmetic<1> {
     X(min, Min)             \
     X(max, Max)             \
     X(at_least, AtLeast)    \
-    X(abs, Abs)
+    X(abs, Abs)             \
+    X(atan, Atan)           \
+    X(asin, Asin)           \
+    X(acos, Acos)           \
+    X(sinh, Sinh)           \
+    X(cosh, Cosh)           \
+    X(if_positive, IfPositive) \
+    X(unless_positive, UnlessPositive)
 #define KAGERO_FUSED(X) X(fma, MulAdd) X(fms, MulSub) X(fnma, NegMulAdd)
 #define KAGERO_OPERATIONS(X) KAGERO_ARITHMETIC(X) KAGERO_FUNCTIONS(X) KAGERO_FUSED(X)
 

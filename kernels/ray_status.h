@@ -29,7 +29,7 @@ enum class Failure : std::uint8_t {
     needs_double,        ///< The momentum at the start is so large that float cannot represent H = H0.
     momentum_diverges,   ///< The momentum grows without bound, as at a horizon in coordinates that are singular there.
     steps_vanish,        ///< The steps become so short that the ray makes no progress.
-    hamiltonian_jumps,   ///< The value of a formula jumps where a min, max or abs changes its branch.
+    hamiltonian_jumps,   ///< The value of a formula jumps where a min, max, abs or where changes its branch.
 };
 
 inline constexpr std::uint32_t failure_count = 19;

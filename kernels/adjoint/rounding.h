@@ -53,16 +53,20 @@ V rounding_bound_of(const ProgramWithUniforms<S>& code, const V* inputs, const V
         const Node& n = program.nodes[i];
         if (detail::is_leaf(n.op)) continue;
         const int operands[most_operands] = {n.a, n.b, n.c};
+        const V adjoint_norm = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
+        // Operations without effect are skipped in each lane, because those of a blocked branch may not be finite.
+        const MaskOf<V> has_no_effect = adjoint_norm <= zero;
         const DualNumber result = detail::apply_at_run_time<DualNumber>(
             n.op, DualNumber::variable(operand_value(n.a), 0), DualNumber::variable(operand_value(n.b), 1),
             DualNumber::variable(operand_value(n.c), 2));
         for (int k = 0; k < most_operands; ++k)
             for (int r = 0; r < 2 && operands[k] >= 0; ++r)
-                adjoint[operands[k]][r] = fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]);
-        const V adjoint_norm = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
-        sum += V(S(info_of(n.op).rounding)) * adjoint_norm * unit_in_first_place(value[i]);
+                adjoint[operands[k]][r] =
+                    select(has_no_effect, adjoint[operands[k]][r],
+                           fma(adjoint[i][r], result.derivative[k], adjoint[operands[k]][r]));
+        sum += select(has_no_effect, zero, V(S(info_of(n.op).rounding)) * adjoint_norm * unit_in_first_place(value[i]));
         const V product = detail::separately_rounded_product(n.op, operand_value(n.a), operand_value(n.b));
-        sum += adjoint_norm * unit_in_first_place(product);
+        sum += select(has_no_effect, zero, adjoint_norm * unit_in_first_place(product));
     }
     return sum;
 }

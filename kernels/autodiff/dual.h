@@ -96,7 +96,12 @@ private:
     static constexpr Dual function_of(const Dual& a, const Dual& b) {
         if constexpr (F::is_abbreviation) return F::value(a, b);
         else if constexpr (requires { F::selects_a(a, b); }) return select(F::selects_a(primal(a), primal(b)), a, b);
-        else if constexpr (requires { F::derivative_a(a, b, a); }) {
+        else if constexpr (requires { F::is_gate; }) {
+            Dual d;
+            d.value = F::value(a.value, b.value);
+            for (int k = 0; k < N; ++k) d.derivative[k] = F::value(a.value, b.derivative[k]);
+            return d;
+        } else if constexpr (requires { F::derivative_a(a, b, a); }) {
             const T y = F::value(a.value, b.value);
             return combine(y, F::derivative_a(a.value, b.value, y), a, F::derivative_b(a.value, b.value, y), b);
         } else {

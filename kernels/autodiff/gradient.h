@@ -74,33 +74,73 @@ constexpr void propagate_adjoint(Tape& t, int i, int d, const Accumulate& accumu
     }
 }
 
+namespace detail {
+
+/// Reverse sweeps that record the derivatives of nodes with respect to N leaves, which are inputs or parameters.
+template <int N>
+class GradientSweep {
+public:
+    /// Derivatives are recorded for nodes whose index is at most `last`.
+    constexpr GradientSweep(Tape& t, const std::array<int, N>& leaves, int last) : t_(t), leaves_(leaves) {
+        for (int i = 0; i <= last; ++i) {
+            const Node& n = t.nodes[i];
+            if (n.op == Op::input || n.op == Op::parameter) {
+                for (int leaf : leaves) depends_on_leaves_[i] = depends_on_leaves_[i] || leaf == i;
+            } else if (n.op != Op::constant) {
+                depends_on_leaves_[i] = depends_on_leaves_[n.a] || (n.b >= 0 && depends_on_leaves_[n.b]);
+            }
+        }
+    }
+
+    /// Records the derivatives of node `output` and returns their nodes.
+    constexpr std::array<int, N> derivatives_of(int output) {
+        int adjoint[Tape::capacity]{};  // for each node, the node of its adjoint; −1 if it has no contribution yet
+        for (int i = 0; i <= output; ++i) adjoint[i] = -1;
+        const auto accumulate = [&](int operand, int contribution) {
+            if (!depends_on_leaves_[operand]) return;
+            int& sum = adjoint[operand];
+            sum = sum < 0 ? contribution : t_.add(sum, contribution);
+        };
+        adjoint[output] = t_.constant(1);
+        for (int i = output; i >= 0; --i) {
+            if (adjoint[i] < 0 || !depends_on_leaves_[i]) continue;
+            if (is_gate(t_.nodes[i].op)) propagate_through_gate(i, adjoint[i], accumulate);
+            else propagate_adjoint(t_, i, adjoint[i], accumulate);
+        }
+        std::array<int, N> gradient{};
+        for (int k = 0; k < N; ++k) {
+            const bool is_zero = leaves_[k] > output || adjoint[leaves_[k]] < 0;
+            gradient[k] = is_zero ? t_.constant(0) : adjoint[leaves_[k]];
+        }
+        return gradient;
+    }
+
+private:
+    /// Records the contribution of the gate at node i, whose adjoint is node d, to the adjoints of the leaves. The
+    /// operand is differentiated in a sweep of its own, and the gate blocks the result. If the adjoint 0 of a blocked
+    /// operand went through the same sweep, it would be multiplied by derivatives that may be infinite or NaN.
+    template <class Accumulate>
+    constexpr void propagate_through_gate(int i, int d, const Accumulate& accumulate) {
+        const Node gate = t_.nodes[i];
+        if (!depends_on_leaves_[gate.b]) return;
+        const std::array<int, N> derivatives = derivatives_of(gate.b);
+        const int zero = t_.constant(0);
+        for (int k = 0; k < N; ++k)
+            if (derivatives[k] != zero) accumulate(leaves_[k], t_.mul(d, t_.binary(gate.op, gate.a, derivatives[k])));
+    }
+
+    Tape& t_;
+    const std::array<int, N>& leaves_;
+    bool depends_on_leaves_[Tape::capacity]{};
+};
+
+}  // namespace detail
+
 /// Records the derivatives of node `output` with respect to the nodes `leaves`, which are inputs or parameters. Writes
 /// the nodes of the derivatives to `gradient`.
 template <int N>
 constexpr void record_gradient(Tape& t, int output, const std::array<int, N>& leaves, std::array<int, N>& gradient) {
-    bool depends_on_leaves[Tape::capacity]{};
-    int adjoint[Tape::capacity]{};  // for each node, the node of its adjoint; −1 if it has no contribution yet
-    for (int i = 0; i <= output; ++i) {
-        const Node& n = t.nodes[i];
-        if (n.op == Op::input || n.op == Op::parameter) {
-            for (int leaf : leaves) depends_on_leaves[i] = depends_on_leaves[i] || leaf == i;
-        } else if (n.op != Op::constant) {
-            depends_on_leaves[i] = depends_on_leaves[n.a] || (n.b >= 0 && depends_on_leaves[n.b]);
-        }
-        adjoint[i] = -1;
-    }
-    const auto accumulate = [&](int operand, int contribution) {
-        if (!depends_on_leaves[operand]) return;
-        int& sum = adjoint[operand];
-        sum = sum < 0 ? contribution : t.add(sum, contribution);
-    };
-    adjoint[output] = t.constant(1);
-    for (int i = output; i >= 0; --i)
-        if (adjoint[i] >= 0 && depends_on_leaves[i]) propagate_adjoint(t, i, adjoint[i], accumulate);
-    for (int k = 0; k < N; ++k) {
-        const bool is_zero = leaves[k] > output || adjoint[leaves[k]] < 0;
-        gradient[k] = is_zero ? t.constant(0) : adjoint[leaves[k]];
-    }
+    gradient = detail::GradientSweep<N>(t, leaves, output).derivatives_of(output);
 }
 
 /// Records the product of the nodes g and h and returns its node. If h has the factor 1/g, this factor is omitted

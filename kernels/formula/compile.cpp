@@ -4,6 +4,7 @@
 #include "kernels/autodiff/squares.h"
 
 #include <algorithm>
+#include <vector>
 
 namespace kagero::formula {
 namespace {
@@ -38,20 +39,25 @@ struct FormulaTape {
         if (formula.length_scale >= 0)
             event_functions[index_max_step_length] = expression(formula.length_scale, value_only);
     }
-    /// Records the switching function of H and returns its node: the product, over every min, max and abs on which H
-    /// depends, of the difference of the arguments, or of the argument of an abs. Each factor is divided by its typical
-    /// magnitude. Returns −1 if there are none.
+    /// Records the switching function of H and returns its node: the product, over every operation with branches on
+    /// which H depends, of the argument whose sign selects the branch, or of the difference of the arguments. Each
+    /// factor is divided by its typical magnitude. Equal factors, such as those of the two gates of a `where`, occur
+    /// only once, because their product would not change its sign. Returns −1 if there are none.
     int switching_function() {
         if (compiled) return -1;
         const std::array<bool, max_formula_nodes> needed = nodes_needed_by(formula.energy);
+        std::vector<int> factors;
         int product = -1;
         for (std::int32_t i = 0; i <= formula.energy && !tape.full; ++i) {
             const FormulaNode& n = formula.nodes[i];
             if (!needed[i] || !has_branches(n.op)) continue;
             const double magnitude = formula.branch_magnitudes ? formula.branch_magnitudes[i] : 1;
             const int argument = expression(n.a, value_only),
-                      difference = n.op == Op::abs ? argument : tape.sub(argument, expression(n.b, value_only)),
-                      scaled = tape.mul(tape.constant(1 / magnitude), difference);
+                      factor = branches_by_sign(n.op) ? argument : tape.sub(argument, expression(n.b, value_only)),
+                      scaled = tape.mul(tape.constant(1 / magnitude), factor);
+            const auto is_present = [&](int node) { return std::ranges::find(factors, node) != factors.end(); };
+            if (is_present(factor) || is_present(tape.neg(factor))) continue;
+            factors.push_back(factor);
             product = product < 0 ? scaled : tape.mul(product, scaled);
         }
         return product;

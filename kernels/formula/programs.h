@@ -21,13 +21,13 @@ struct Programs {
     Code energy_residual;               ///< H − H0
     Code time_rescaling_factor;         ///< Ω
     Code event_functions;               ///< struct EventFunctions, and Ω
-    Code switching_function;            ///< product of the differences of the arguments of every min, max and abs
+    Code switching_function;            ///< zero where an operation of H changes its branch
     Code part_force[2], part_velocity[2];  ///< gradients of the parts H_A and H_B
     double level, pt;                   ///< H0 and p_t
     bool separable;                     ///< true if K = ½|p|² + V(q)
     bool parted;                        ///< true if the formula declares H_A and H_B
     bool rescaled;                      ///< true with time rescaling
-    bool has_kinks;                     ///< true if H contains a min, max or abs
+    bool has_kinks;                     ///< true if H contains a min, max, abs or where
     bool bounds_steps;                  ///< true if the formula or the compiled Hamiltonian declares a step bound
 };
 

@@ -40,7 +40,7 @@ std::vector<double> branch_magnitudes(const FormulaDescription& formula, double 
                          angle = 2.39996 * k, distance = size * std::pow(0.01, double((7 * k) % points) / points);
             const FormulaPoint point{distance * width * std::cos(angle), distance * width * std::sin(angle),
                                      distance * height, 1, 0.5, 0.25, formula.parsed.pt};
-            const double other = node.op == Op::abs ? 0 : evaluate(formula.scope, node.b, point);
+            const double other = branches_by_sign(node.op) ? 0 : evaluate(formula.scope, node.b, point);
             const double difference = std::abs(evaluate(formula.scope, node.a, point) - other);
             if (difference > 0 && std::isfinite(difference)) values.push_back(difference);
         }

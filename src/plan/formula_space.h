@@ -10,7 +10,7 @@ namespace kagero {
 /// formula is too large.
 std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module, double size);
 
-/// Returns true if H has kinks: if it depends on a min, max or abs.
+/// Returns true if H has kinks: if it depends on a min, max, abs or where.
 bool has_kinks(const FormulaDescription& formula);
 
 /// Returns the programs of Ω(H − H0), where H is a built-in Hamiltonian and Ω is the expression `integrator.rescale`.

@@ -43,10 +43,11 @@ struct Number {
 };
 
 /// Returns the result of operation F on constants. If `F::total` exists, it is used, because constants may be 0,
-/// infinite or NaN. Operations without a name do not occur in formulas; for them the function returns `a`.
+/// infinite or NaN. Operations without a name, except gates, do not occur in formulas; for them the function returns
+/// `a`.
 template <class F>
 Number folded(Number a, [[maybe_unused]] Number b) {
-    if constexpr (F::name[0] == '\0') return a;
+    if constexpr (F::name[0] == '\0' && !requires { F::is_gate; }) return a;
     else if constexpr (requires { F::total(a, b); }) return F::total(a, b);
     else if constexpr (F::operands == 1) return F::value(a);
     else return F::value(a, b);
@@ -59,11 +60,17 @@ double value_of(const FormulaScope& scope, std::int32_t node) {
     return scope.nodes[static_cast<std::size_t>(node)].value;
 }
 
+/// Returns the bits of FormulaScope::variables for a variable.
+std::uint8_t bits_of_variable(std::size_t i) {
+    if (i < formula_variables.size()) return static_cast<std::uint8_t>(1u << i);
+    return textbook_variables[i - formula_variables.size()].depends_on | FormulaScope::textbook_bit;
+}
+
 /// Appends a node with its dependence on the variables. Returns its index.
 std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     std::uint8_t variables = 0;
     const bool leaf = node.op == Op::constant || node.op == Op::input;
-    if (node.op == Op::input) variables = static_cast<std::uint8_t>(1u << node.a);
+    if (node.op == Op::input) variables = bits_of_variable(static_cast<std::size_t>(node.a));
     for (const std::int32_t operand : {node.a, node.b})
         if (!leaf && operand >= 0) variables |= scope.variables[static_cast<std::size_t>(operand)];
     scope.nodes.push_back(node);
@@ -125,6 +132,25 @@ std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent
     return operation(scope, Op::exp, operation(scope, Op::mul, exponent, operation(scope, Op::log, magnitude)));
 }
 
+std::int32_t branch(FormulaScope& scope, std::int32_t condition, std::int32_t a, std::int32_t b) {
+    if (is_number(scope, condition)) return value_of(scope, condition) > 0 ? a : b;
+    const auto is_zero = [&](std::int32_t node) { return is_number(scope, node) && value_of(scope, node) == 0; };
+    if (is_zero(a)) return operation(scope, Op::unless_positive, condition, b);
+    const std::int32_t first = operation(scope, Op::if_positive, condition, a);
+    return is_zero(b) ? first : operation(scope, Op::add, first, operation(scope, Op::unless_positive, condition, b));
+}
+
+std::int32_t textbook_node(FormulaScope& scope, const std::string& name) {
+    for (std::size_t i = 0; i < std::size(textbook_variables); ++i) {
+        if (name != textbook_variables[i].name) continue;
+        const auto [entry, is_new] = scope.textbook_nodes.try_emplace(name, -1);
+        if (is_new)
+            entry->second = append(scope, {Op::input, static_cast<std::int32_t>(formula_variables.size() + i), -1, 0});
+        return entry->second;
+    }
+    return -1;
+}
+
 FormulaScope formula_scope() {
     FormulaScope scope;
     for (std::size_t i = 0; i < formula_variables.size(); ++i)
@@ -138,7 +164,9 @@ double evaluate(const FormulaScope& scope, std::int32_t node, const FormulaPoint
     for (std::size_t i = 0; i < values.size(); ++i) {
         const FormulaNode& n = scope.nodes[i];
         if (n.op == Op::constant) values[i] = n.value;
-        else if (n.op == Op::input) values[i] = variables[static_cast<std::size_t>(n.a)];
+        else if (n.op == Op::input)
+            values[i] = static_cast<std::size_t>(n.a) < variables.size() ? variables[static_cast<std::size_t>(n.a)]
+                                                                         : std::nan("");
         else
             values[i] =
                 apply(n.op, values[static_cast<std::size_t>(n.a)], n.b < 0 ? 0 : values[static_cast<std::size_t>(n.b)]);

@@ -19,6 +19,12 @@ std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t 
 /// exp(exponent · log(base)) otherwise.
 std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent);
 
+/// Appends where(condition, a, b): a where the condition is greater than 0, else b; NaN where the condition is NaN.
+std::int32_t branch(FormulaScope& scope, std::int32_t condition, std::int32_t a, std::int32_t b);
+
+/// Returns the node of the textbook variable with this name, or −1 if there is none.
+std::int32_t textbook_node(FormulaScope& scope, const std::string& name);
+
 /// Returns the value of a node for the given values of the variables.
 double evaluate(const FormulaScope& scope, std::int32_t node, const FormulaPoint& variables);
 

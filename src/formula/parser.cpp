@@ -5,6 +5,7 @@
 #include "error.h"
 #include "formula/lexer.h"
 #include "formula/nodes.h"
+#include "formula/textbook_coordinates.h"
 #include "kernels/operation.h"
 
 #include <algorithm>
@@ -15,21 +16,31 @@
 namespace kagero {
 namespace {
 
-/// Returns the operation with this function name.
+/// The function of three arguments whose nodes are gates. Every other function is one operation.
+constexpr const char* branch_function = "where";
+
+/// Returns the operation with this function name; for `branch_function`, its first gate.
 std::optional<Op> function_named(const std::string& name) {
+    if (name == branch_function) return Op::if_positive;
     for (int i = 0; i < op_count; ++i)
         if (operation_infos[i].has_function_name() && name == operation_infos[i].name) return static_cast<Op>(i);
     return std::nullopt;
 }
 
-/// Returns the node of a name and records that the name is used. Returns −1 if the name is not defined.
+/// Returns the number of arguments of a function.
+std::size_t argument_count(Op function) {
+    return is_gate(function) ? 3 : static_cast<std::size_t>(info_of(function).operands);
+}
+
+/// Returns the node of a name and records that the name is used. Names of the scene precede those of textbook
+/// variables. Returns −1 if the name is not defined.
 std::int32_t look_up(FormulaScope& scope, const std::string& name) {
     for (const auto& [known, node] : scope.names) {
         if (known != name) continue;
         scope.used_names.insert(name);
         return node;
     }
-    return -1;
+    return textbook_node(scope, name);
 }
 
 class Parser {
@@ -37,10 +48,11 @@ public:
     Parser(FormulaScope& scope, const FormulaText& formula)
         : scope_(scope), formula_(formula), tokens_(tokenize(formula)) {}
 
-    std::int32_t parse() {
+    /// Returns the root of the formula. If `cartesian` is true, the textbook variables are replaced.
+    std::int32_t parse(bool cartesian) {
         if (current().kind == Token::Kind::end) fail("the formula is empty");
         const std::int32_t node = expression();
-        if (current().kind == Token::Kind::end) return node;
+        if (current().kind == Token::Kind::end) return cartesian ? check_nodes(to_cartesian(scope_, node), 0) : node;
         if (is(")")) fail("this ')' has no matching '('");
         if (is(",")) fail("a ',' is allowed only between the arguments of a function; the decimal point is '.'");
         const Token& left = tokens_[next_token_ - 1];
@@ -142,7 +154,8 @@ private:
     /// Returns the node of a name that is not followed by '('.
     std::int32_t named(const Token& token) {
         if (const auto function = function_named(token.text)) {
-            const char* arguments = info_of(*function).operands == 1 ? "(…)" : "(…, …)";
+            const char* const by_count[] = {"(…)", "(…, …)", "(…, …, …)"};
+            const char* arguments = by_count[argument_count(*function) - 1];
             fail_at(formula_, token.position, token.text + " is a function; write " + token.text + arguments);
         }
         const std::int32_t node = look_up(scope_, token.text);
@@ -164,11 +177,12 @@ private:
             while (accept(","));
         }
         expect_close({opened.kind, opened.position, opened.text, 0});
-        const auto operands = static_cast<std::size_t>(info_of(*function).operands);
-        if (arguments.size() != operands)
+        const std::size_t count = argument_count(*function);
+        if (arguments.size() != count)
             fail_at(formula_, token.position,
-                    token.text + " takes " + std::to_string(operands) + (operands == 1 ? " argument" : " arguments") +
+                    token.text + " takes " + std::to_string(count) + (count == 1 ? " argument" : " arguments") +
                         ", not " + std::to_string(arguments.size()));
+        if (count == 3) return check_nodes(branch(scope_, arguments[0], arguments[1], arguments[2]), token.position);
         const std::int32_t second = arguments.size() > 1 ? arguments[1] : -1;
         return check_nodes(operation(scope_, *function, arguments[0], second), token.position);
     }
@@ -177,8 +191,11 @@ private:
         std::vector<std::string> known;
         if (!called)
             for (const auto& entry : scope_.names) known.push_back(entry.first);
+        if (!called)
+            for (const TextbookVariable& variable : textbook_variables) known.emplace_back(variable.name);
         for (const OperationInfo& operation : operation_infos)
             if (operation.has_function_name()) known.emplace_back(operation.name);
+        known.emplace_back(branch_function);
         std::string message = std::string(called ? "there is no function " : "unknown name ") + token.text;
         std::string lower_case = token.text, near, list;
         for (char& c : lower_case) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -203,13 +220,23 @@ private:
 
 }  // namespace
 
-std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula) {
+namespace {
+
+std::int32_t parse_text(FormulaScope& scope, const FormulaText& formula, bool cartesian) {
     constexpr std::size_t max_length = 65536;
     if (formula.text.size() > max_length)
         throw InputError(formula.location,
                          formula.name + ": the formula is longer than " + std::to_string(max_length) + " bytes");
-    return Parser(scope, formula).parse();
+    return Parser(scope, formula).parse(cartesian);
 }
+
+}  // namespace
+
+std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula) {
+    return parse_text(scope, formula, true);
+}
+
+std::int32_t parse_helper(FormulaScope& scope, const FormulaText& formula) { return parse_text(scope, formula, false); }
 
 void define(FormulaScope& scope, const std::string& name, std::int32_t node, const FileLocation& location) {
     const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
@@ -220,8 +247,12 @@ void define(FormulaScope& scope, const std::string& name, std::int32_t node, con
                                     "not begin with a digit");
     if (function_named(name))
         throw InputError(location, "'" + name + "' is the name of a function in formulas; choose another name");
-    if (look_up(scope, name) >= 0)
+    const auto has_name = [&](const auto& entry) { return entry.first == name; };
+    if (std::any_of(scope.names.begin(), scope.names.end(), has_name))
         throw InputError(location, "'" + name + "' is already defined in formulas; choose another name");
+    if (scope.textbook_nodes.contains(name))
+        throw InputError(location, "'" + name + "' is used by a formula above, as the coordinate or momentum of this "
+                                    "name; define it before its first use, or choose another name");
     scope.names.emplace_back(name, node);
 }
 

@@ -16,8 +16,13 @@ namespace kagero {
 /// is already defined or is not legal.
 void define(FormulaScope& scope, const std::string& name, std::int32_t node, const FileLocation& location);
 
-/// Appends the nodes of a formula and returns the index of its root. Throws InputError with the position in the file,
-/// the position in the formula, and a line with a caret.
+/// Appends the nodes of a formula and returns the index of its root. Textbook variables are replaced by expressions in
+/// x y z px py pz. Throws InputError with the position in the file, the position in the formula, and a line with a
+/// caret.
 std::int32_t parse_formula(FormulaScope& scope, const FormulaText& formula);
+
+/// The same for a formula that other formulas refer to. Textbook variables remain, so that terms of the referring
+/// formulas can cancel.
+std::int32_t parse_helper(FormulaScope& scope, const FormulaText& formula);
 
 }  // namespace kagero

@@ -5,7 +5,6 @@
 
 #include "error.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -29,7 +28,7 @@ std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& n
     const unsigned forbidden = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
     for (std::size_t i = 0; i < formula_variables.size(); ++i) {
         if (!((forbidden >> i) & 1)) continue;
-        const std::string legal = allowed == position_bits ? "x y z and r" : "x y z pt";
+        const std::string legal = allowed == position_bits ? "x y z" : "x y z pt";
         throw InputError(value.location, name + " = " + to_toml(value.string) + " depends on " + formula_variables[i] +
                                           "; it may depend only on " + legal);
     }
@@ -51,7 +50,8 @@ void load_helpers(const Section& section, FormulaDescription& formula) {
     const Section table = table_in(section, "let");
     if (!table.table) return;
     for (const Value& item : table.table->items) {
-        const std::int32_t node = parse(formula.scope, item, full_name(table, item.key));
+        const std::string name = full_name(table, item.key);
+        const std::int32_t node = parse_helper(formula.scope, {to_text(item, name), name, item.location});
         define(formula.scope, item.key, node, item.key_location);
         formula.helpers.emplace_back(item.key, item.string);
     }
@@ -143,10 +143,6 @@ void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDes
     if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
-    const bool r_is_defined =
-        std::any_of(scope.names.begin(), scope.names.end(), [](const auto& entry) { return entry.first == "r"; });
-    if (!r_is_defined)
-        define(scope, "r", parse_formula(scope, {"sqrt(x^2 + y^2 + z^2)", "r", rescale.location}), rescale.location);
     node = parse(scope, rescale, "integrator.rescale", position_bits);
     require_positive(rescale, "integrator.rescale", scope, node);
 }

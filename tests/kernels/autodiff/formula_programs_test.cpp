@@ -115,6 +115,47 @@ TEST(FormulaPrograms, MinMaxAndAbsOfEqualOperandsHaveTheDerivativeOfTheFirst) {
         }
 }
 
+// where(c, a, b) consists of two gates. In the branch that is not taken, the values and derivatives of both operands are
+// infinite or NaN: √c and log(−c) have no value on the other side, and 1/c none at c = 0. The program must have the
+// derivatives of the branch that is taken, also those of second order.
+TEST(FormulaPrograms, BranchesThatAreNotTakenHaveNoInfluence) {
+    const auto programs = std::make_unique<formula::Programs>();
+    std::vector<FormulaNode> nodes;
+    for (int i = 0; i < 7; ++i) nodes.push_back({Op::input, i, -1, 0});
+    const auto append = [&](Op op, int a, int b = -1) {
+        nodes.push_back({op, a, b, 0});
+        return static_cast<int>(nodes.size()) - 1;
+    };
+    const int above = append(Op::mul, append(Op::sqrt, 0), append(Op::div, 3, 0)),    // √x px/x
+              below = append(Op::mul, append(Op::log, append(Op::neg, 0)), append(Op::mul, 3, 1)),  // log(−x) px y
+              first = append(Op::if_positive, 0, above), second = append(Op::unless_positive, 0, below),
+              sum = append(Op::add, first, second), outer = append(Op::mul, sum, sum),
+              // A branch inside a branch: both are not taken.
+              inner = append(Op::unless_positive, 0, append(Op::if_positive, 1, append(Op::div, second, above)));
+    append(Op::add, append(Op::add, outer, append(Op::mul, 3, 3)), inner);
+    const Formula f{nodes.data(), static_cast<std::uint32_t>(nodes.size()), static_cast<int>(nodes.size()) - 1,
+                    -1, -1, -1, -1, {-1, -1}, 0, 1};
+    ASSERT_EQ(formula::compile(f, nullptr, *programs), nullptr);
+    EXPECT_TRUE(programs->has_kinks);
+    using SecondOrder = Dual<DualDouble, 6>;
+    for (const double x : {0.5, -0.5}) {
+        const double at[7] = {x, 4 * x, 0, 0.75, 0, 0, 1}, y = at[1], p = at[3];
+        DualDouble in[7], gradient[6];
+        for (int k = 0; k < 7; ++k) in[k] = k < 6 ? DualDouble::variable(at[k], k) : DualDouble(at[k]);
+        formula::evaluate(programs->derivatives, in, gradient);
+        const SecondOrder q = SecondOrder::variable(DualDouble::variable(x, 0), 0),
+                          u = SecondOrder::variable(DualDouble::variable(y, 1), 1),
+                          m = SecondOrder::variable(DualDouble::variable(p, 3), 3);
+        const SecondOrder taken = x > 0 ? m / sqrt(q) : log(-q) * m * u;
+        const SecondOrder expected = taken * taken + m * m;
+        for (int i = 0; i < 6; ++i) {
+            EXPECT_NEAR(gradient[i].value, expected.derivative[i].value, 1e-13) << i;
+            for (int k = 0; k < 6; ++k)
+                EXPECT_NEAR(gradient[i].derivative[k], expected.derivative[i].derivative[k], 1e-12) << i << ' ' << k;
+        }
+    }
+}
+
 TEST(FormulaPrograms, ValuesAndGradientsMatchDualNumbers) {
     std::mt19937 random(2003);
     std::uniform_real_distribution<double> coordinate(-2, 2);

@@ -238,7 +238,7 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
                                   : "the space declares no length scale");
     list.add(rays_bend && properties.discontinuous, "splitting of steps at discontinuities of H or its derivatives",
              !rays_bend                        ? all_rays_straight
-             : scene.description.space.formula ? "H contains no min, max or abs"
+             : scene.description.space.formula ? "H contains no min, max, abs or where"
                                                : "H is smooth");
     list.add(rays_bend && std::isfinite(job_of(scene, {}, run).bending_radius),
              "one step through the whole region in which rays are straight",

@@ -28,7 +28,7 @@ std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& n
     const unsigned forbidden = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
     for (std::size_t i = 0; i < formula_variables.size(); ++i) {
         if (!((forbidden >> i) & 1)) continue;
-        const std::string legal = allowed == position_bits ? "x y z" : "x y z pt";
+        const std::string legal = allowed == position_bits ? "x y z r theta phi rho" : "x y z pt r theta phi rho";
         throw InputError(value.location, name + " = " + to_toml(value.string) + " depends on " + formula_variables[i] +
                                           "; it may depend only on " + legal);
     }

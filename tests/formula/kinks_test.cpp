@@ -1,4 +1,4 @@
-// Tests of formulas whose derivatives jump because of a min, max or abs. Steps end just before such a kink and pass it
+// Tests of formulas whose derivatives jump because of a min, max, abs or where. Steps end just before such a kink and pass it
 // in one short step, so that methods keep their order. A formula whose value jumps is reported.
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"
@@ -10,11 +10,18 @@
 namespace kagero::test {
 namespace {
 
-/// A parabolic layer of the ionosphere, 0.6 (1 − (z − 3)²), below and above which there is no plasma.
-const char* const layer =
-    "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 + 0.6*max(0, 1 - (z - 3)^2))\"\n"
-    "[integrator]\nescape_radius = 12\n[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0.4]\nup = [0, 0, 1]\n"
+/// Returns a parabolic layer of the ionosphere, 0.6 (1 − (z − 3)²), below and above which there is no plasma. `layer` is
+/// this function without the factor 0.6; u is 1 − (z − 3)².
+std::string scene_of(const std::string& layer) {
+    return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 1 + 0.6*" + layer +
+           ")\"\nlet = {u = \"1 - (z - 3)^2\"}\n[integrator]\nescape_radius = 12\n[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0.4]\nup = [0, 0, 1]\n"
     "[film]\nsize = [16, 12]\n";
+}
+
+/// Forms of the layer: with a kink of each kind, and with a `where` whose other branch has no value in the layer.
+const char* const forms[] = {"max(0, u)", "(0.5*(u + abs(u)))", "where(u, u, 0)", "where(-u, 0, u)",
+                             "where(u, u, 1e-30*sqrt(-u))", "where(u, exp(log(u)), 0)",
+                             "(0.25*where(u, u, 0) + 0.75*max(u, 0))"};
 
 /// Direction of a ray that leaves the layer, and the point of its line at z = 0 or z = 4.
 struct Exit {
@@ -32,8 +39,8 @@ Exit exit_of(double px, double pz) {
 class Kinks : public ProgramTest {
 protected:
     /// Returns the greatest error of two rays, of which one is reflected and one passes the layer.
-    static double error_with(const Overrides& overrides) {
-        const auto plan = plan_of_text(layer, overrides, {}, false);
+    static double error_with(const Overrides& overrides, const std::string& form = forms[0]) {
+        const auto plan = plan_of_text(scene_of(form), overrides, {}, false);
         double greatest = 0;
         for (const double pz : {0.4, 0.85}) {
             const double px = std::sqrt(1 - pz * pz);
@@ -51,37 +58,46 @@ protected:
 };
 
 TEST_F(Kinks, DoNotReduceTheAccuracyOfStepControl) {
-    EXPECT_LT(error_with({}), 1e-9);
-    EXPECT_LT(error_with({"integrator.method=dp54", "integrator.tolerance=1e-11"}), 1e-9);
+    for (const char* form : forms) {
+        SCOPED_TRACE(form);
+        EXPECT_LT(error_with({}, form), 1e-9);
+        EXPECT_LT(error_with({"integrator.method=dp54", "integrator.tolerance=1e-11"}, form), 1e-9);
+    }
 }
 
 TEST_F(Kinks, DoNotReduceTheOrderOfMethodsWithFixedSteps) {
-    const auto error_of = [](const std::string& method, double step) {
-        return error_with({"integrator.method=" + method, "integrator.step=" + std::to_string(step)});
+    const auto error_of = [](const std::string& method, double step, const char* form) {
+        return error_with({"integrator.method=" + method, "integrator.step=" + std::to_string(step)}, form);
     };
     struct {
         const char* method;
         double step, order;
     } const cases[] = {{"verlet", 0.1, 2}, {"rk4", 0.2, 4}, {"dp5", 0.2, 5}, {"gauss4", 0.2, 4}};
-    for (const auto& [method, step, order] : cases) {
-        SCOPED_TRACE(method);
-        const double coarse = error_of(method, step), fine = error_of(method, step / 8);
-        EXPECT_GT(std::log2(coarse / fine) / 3, order - 0.4) << coarse << ' ' << fine;
+    for (const char* form : forms) {
+        for (const auto& [method, step, order] : cases) {
+            SCOPED_TRACE(std::string(form) + ' ' + method);
+            const double coarse = error_of(method, step, form), fine = error_of(method, step / 8, form);
+            EXPECT_GT(std::log2(coarse / fine) / 3, order - 0.4) << coarse << ' ' << fine;
+        }
+        EXPECT_LT(error_of("gauss8", 0.4, form), 1e-10) << form;
     }
-    EXPECT_LT(error_of("gauss8", 0.4), 1e-10);
 }
 
 TEST_F(Kinks, AreReportedIfHJumpsThere) {
-    write("jump.toml",
-          "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1 + 0.2*(1 + u/abs(u)))^2)\"\n"
-          "[space.let]\nu = \"1 - x^2 - y^2 - z^2\"\n[integrator]\nescape_radius = 8\n[camera]\nposition = [-3, 0, 0]\n"
-          "look_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n");
-    write("rays.csv", "x,y,z,dx,dy,dz\n-3,0.4,0,1,0,0\n-3,0.99,0,1,0,0\n-3,1.2,0,1,0,0\n");
-    const Outcome outcome = run("trace jump.toml --rays rays.csv");
-    const auto rows = lines_of(outcome.out);
-    for (const std::size_t row : {1, 2}) EXPECT_NE(rows.at(row).find("H jumps here"), std::string::npos) << rows[row];
-    EXPECT_NE(rows.at(3).find("escaped"), std::string::npos);
-    EXPECT_NE(outcome.err.find("H jumps here"), std::string::npos) << outcome.err;
+    for (const std::string jump : {"1 + u/abs(u)", "where(u, 2, 0)", "where(u, 2, 1e-30*sqrt(-u))"}) {
+        SCOPED_TRACE(jump);
+        write("jump.toml",
+              "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1 + 0.2*(" + jump +
+                  "))^2)\"\n[space.let]\nu = \"1 - x^2 - y^2 - z^2\"\n[integrator]\nescape_radius = 8\n[camera]\n"
+                  "position = [-3, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n");
+        write("rays.csv", "x,y,z,dx,dy,dz\n-3,0.4,0,1,0,0\n-3,0.99,0,1,0,0\n-3,1.2,0,1,0,0\n");
+        const Outcome outcome = run("trace jump.toml --rays rays.csv");
+        const auto rows = lines_of(outcome.out);
+        for (const std::size_t row : {1, 2})
+            EXPECT_NE(rows.at(row).find("H jumps here"), std::string::npos) << rows[row];
+        EXPECT_NE(rows.at(3).find("escaped"), std::string::npos);
+        EXPECT_NE(outcome.err.find("H jumps here"), std::string::npos) << outcome.err;
+    }
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 ///   recorded(a)      the operations that the tape records for an abbreviation; default: those of `value`
 ///   total(a, b)      `value` for operands that may be 0, infinite or NaN; used for uniform nodes and formulas
 ///   selects_a(a, b)  true if the result is operand a, false if it is operand b; replaces the derivatives
-///   is_gate          true if the result is operand b or 0, depending on the sign of operand a; replaces the derivatives
+///   is_gate          true if the result is operand b or 0, depending on the sign of a; replaces the derivatives
 ///   adjoint(d, a, y), or adjoint_a(d, a, b, y) and adjoint_b(d, a, b, y)
 ///                    d·∂y/∂a as recorded on the tape, if the order of its factors matters; default: d·derivative
 /// All functions are generic in the number type: scalars, packets, dual numbers and `Recorded` numbers.
@@ -309,27 +309,27 @@ struct Sinh : ComposedFunction<1> {
 /// The table: X(name in `Op`, struct). The scheduler of formula programs prefers the earlier row if two operations are
 /// equally frequent among those that are ready; new rows therefore go to the end of a list.
 #define KAGERO_ARITHMETIC(X) X(add, Add) X(sub, Sub) X(mul, Mul) X(div, Div) X(neg, Neg)
-#define KAGERO_FUNCTIONS(X) \
-    X(recip, Recip)         \
-    X(sqrt, Sqrt)           \
-    X(rsqrt, Rsqrt)         \
-    X(exp, Exp)             \
-    X(log, Log)             \
-    X(sin, Sin)             \
-    X(cos, Cos)             \
-    X(tan, Tan)             \
-    X(tanh, Tanh)           \
-    X(atan2, Atan2)         \
-    X(min, Min)             \
-    X(max, Max)             \
-    X(at_least, AtLeast)    \
-    X(abs, Abs)             \
-    X(atan, Atan)           \
-    X(asin, Asin)           \
-    X(acos, Acos)           \
-    X(sinh, Sinh)           \
-    X(cosh, Cosh)           \
-    X(if_positive, IfPositive) \
+#define KAGERO_FUNCTIONS(X)            \
+    X(recip, Recip)                    \
+    X(sqrt, Sqrt)                      \
+    X(rsqrt, Rsqrt)                    \
+    X(exp, Exp)                        \
+    X(log, Log)                        \
+    X(sin, Sin)                        \
+    X(cos, Cos)                        \
+    X(tan, Tan)                        \
+    X(tanh, Tanh)                      \
+    X(atan2, Atan2)                    \
+    X(min, Min)                        \
+    X(max, Max)                        \
+    X(at_least, AtLeast)               \
+    X(abs, Abs)                        \
+    X(atan, Atan)                      \
+    X(asin, Asin)                      \
+    X(acos, Acos)                      \
+    X(sinh, Sinh)                      \
+    X(cosh, Cosh)                      \
+    X(if_positive, IfPositive)         \
     X(unless_positive, UnlessPositive)
 #define KAGERO_FUSED(X) X(fma, MulAdd) X(fms, MulSub) X(fnma, NegMulAdd)
 #define KAGERO_OPERATIONS(X) KAGERO_ARITHMETIC(X) KAGERO_FUNCTIONS(X) KAGERO_FUSED(X)

@@ -1,7 +1,7 @@
-/// Kinks: surfaces on which the derivatives of a formula jump, because a `min`, `max` or `abs` changes its branch.
-/// Every method has a lower order in a step across a kink, and a derivative on the kink itself may be that of the wrong
-/// side. A step therefore ends just before the kink, and the next one is so short that it passes the kink without a
-/// visible error.
+/// Kinks: surfaces on which the derivatives of a formula jump, because a `min`, `max`, `abs` or `where` changes its
+/// branch. Every method has a lower order in a step across a kink, and a derivative on the kink itself may be that of
+/// the wrong side. A step therefore ends just before the kink, and the next one is so short that it passes the kink
+/// without a visible error.
 #pragma once
 
 #include "kernels/events/event.h"

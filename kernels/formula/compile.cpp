@@ -4,7 +4,6 @@
 #include "kernels/autodiff/squares.h"
 
 #include <algorithm>
-#include <vector>
 
 namespace kagero::formula {
 namespace {
@@ -46,7 +45,7 @@ struct FormulaTape {
     int switching_function() {
         if (compiled) return -1;
         const std::array<bool, max_formula_nodes> needed = nodes_needed_by(formula.energy);
-        std::vector<int> factors;
+        std::array<bool, Tape::capacity> is_factor{};
         int product = -1;
         for (std::int32_t i = 0; i <= formula.energy && !tape.full; ++i) {
             const FormulaNode& n = formula.nodes[i];
@@ -55,9 +54,8 @@ struct FormulaTape {
             const int argument = expression(n.a, value_only),
                       factor = branches_by_sign(n.op) ? argument : tape.sub(argument, expression(n.b, value_only)),
                       scaled = tape.mul(tape.constant(1 / magnitude), factor);
-            const auto is_present = [&](int node) { return std::ranges::find(factors, node) != factors.end(); };
-            if (is_present(factor) || is_present(tape.neg(factor))) continue;
-            factors.push_back(factor);
+            if (is_factor[factor] || is_factor[tape.neg(factor)]) continue;
+            is_factor[factor] = true;
             product = product < 0 ? scaled : tape.mul(product, scaled);
         }
         return product;

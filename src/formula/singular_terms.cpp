@@ -10,7 +10,7 @@ namespace kagero {
 namespace {
 
 /// Greater polynomials and powers are not expanded.
-constexpr std::size_t max_terms = 400;
+constexpr std::size_t max_terms = 200, max_products = 10'000;
 constexpr int max_power = 64;
 
 const Polynomial torque_squared{{{{atom_sin_theta, 2}, {atom_L2, 1}}, 1}, {{{atom_pphi, 2}}, -1}};
@@ -24,6 +24,12 @@ bool is_usable(const Polynomial& p) {
         const auto is_small = [](const auto& factor) { return std::abs(factor.second) <= max_power; };
         return std::isfinite(term.second) && std::ranges::all_of(term.first, is_small);
     });
+}
+
+/// Returns the product of two polynomials, or one that is not usable if it would take too long.
+Polynomial bounded_product(const Polynomial& a, const Polynomial& b) {
+    if (a.size() * b.size() > max_products) return {{{}, std::nan("")}};
+    return product(a, b);
 }
 
 bool is_regular_term(const Monomial& monomial) {
@@ -124,7 +130,7 @@ Polynomial SingularTerms::expansion(std::int32_t node) {
         case Op::sub:
             if (n.op == Op::neg || !is_regular(node)) return expanded_sum(node);
             break;
-        case Op::mul: return product(expanded(n.a), expanded(n.b));
+        case Op::mul: return bounded_product(expanded(n.a), expanded(n.b));
         case Op::div: return product(expanded(n.a), inverse(n.b));
         default: break;
     }
@@ -156,9 +162,9 @@ Polynomial SingularTerms::inverse(std::int32_t node) {
     return atom_polynomial(representative(node), -1);
 }
 
-/// Expands all sums in a polynomial, and multiplies it by the denominators of all terms. Their product is multiplied to
-/// `denominator`. The squares of cos θ and of pθ sin θ are replaced by terms in sin θ. Returns nothing if the polynomial
-/// becomes too large.
+/// Expands all sums in a polynomial, and multiplies it by the denominators of all terms. `denominator` is multiplied by
+/// the same factors. The squares of cos θ and of pθ sin θ are replaced by terms in sin θ. Returns nothing if the
+/// polynomial becomes too large.
 std::optional<Polynomial> SingularTerms::cleared(Polynomial p, Monomial& denominator) {
     constexpr int max_rounds = 100;
     for (int round = 0; round < max_rounds; ++round) {
@@ -182,7 +188,7 @@ std::optional<Polynomial> SingularTerms::cleared(Polynomial p, Monomial& denomin
         for (const auto& [monomial, coefficient] : p) {
             const int power = std::max(0, power_of(monomial, *sum));
             Polynomial term{{product(monomial, atom_to(*sum, -power)), coefficient}};
-            for (int i = 0; i < power && is_usable(term); ++i) term = product(term, terms);
+            for (int i = 0; i < power && is_usable(term); ++i) term = bounded_product(term, terms);
             add_to(next, term);
         }
         p = std::move(next);

@@ -24,8 +24,8 @@ class SingularTerms {
 public:
     explicit SingularTerms(const FormulaScope& scope) : scope_(scope) {}
 
-    /// Returns true if a node has no term that is singular on the axis or not differentiable there, such as an odd power
-    /// of sin θ. The textbook variables in it can be replaced one by one.
+    /// Returns true if a node has no term that is singular or not differentiable on the axis, such as an odd power of
+    /// sin θ. The textbook variables in it can be replaced one by one.
     bool is_regular(std::int32_t node);
 
     /// Returns a sum or product as a polynomial without singular terms, or nothing if singular terms remain.

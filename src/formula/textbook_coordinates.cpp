@@ -36,7 +36,12 @@ private:
     std::int32_t square(std::int32_t a) { return mul(a, a); }
 
     std::int32_t form_of(std::int32_t node);
-    std::int32_t variable(Textbook which);
+    std::int32_t variable(Textbook which) {
+        const auto [known, is_new] = variables_.try_emplace(which, -1);
+        if (is_new) known->second = expression_of(which);
+        return known->second;
+    }
+    std::int32_t expression_of(Textbook which);
     std::int32_t function_of_angle(Op function, bool of_theta);
     std::int32_t sum_of(Polynomial p);
     std::int32_t product_of(const Monomial& monomial, double coefficient);
@@ -53,8 +58,8 @@ private:
         return add(mul(coordinate(0), coordinate(3)), mul(coordinate(1), coordinate(4)));
     }
     std::int32_t rho_squared() { return add(square(coordinate(0)), square(coordinate(1))); }
-    std::int32_t r() { return operation(scope_, Op::sqrt, add(rho_squared(), square(coordinate(2)))); }
-    std::int32_t rho() { return operation(scope_, Op::sqrt, rho_squared()); }
+    std::int32_t r() { return variable(Textbook::r); }
+    std::int32_t rho() { return variable(Textbook::rho); }
     /// pθ ρ = z (x px + y py) − ρ² pz.
     std::int32_t ptheta_rho() {
         return sub(mul(coordinate(2), x_px_plus_y_py()), mul(rho_squared(), coordinate(5)));
@@ -62,13 +67,15 @@ private:
 
     FormulaScope& scope_;
     SingularTerms terms_;
+    std::map<Textbook, std::int32_t> variables_;  ///< Expressions that were appended.
 };
 
 std::int32_t CartesianForm::form_of(std::int32_t node) {
     const FormulaNode n = at(node);
     if (n.op == Op::input) return variable(static_cast<Textbook>(n.a));
     const FormulaNode operand = at(n.a);
-    const bool of_theta = SingularTerms::is(operand, Textbook::theta), of_phi = SingularTerms::is(operand, Textbook::phi);
+    const bool of_theta = SingularTerms::is(operand, Textbook::theta),
+               of_phi = SingularTerms::is(operand, Textbook::phi);
     if ((of_theta || of_phi) && (n.op == Op::sin || n.op == Op::cos || n.op == Op::tan))
         return function_of_angle(n.op, of_theta);
     if (n.op == Op::mul && terms_.equal(n.a, n.b)) {
@@ -76,19 +83,20 @@ std::int32_t CartesianForm::form_of(std::int32_t node) {
         if (operand.op == Op::sin && SingularTerms::is(at(operand.a), Textbook::theta))
             return div(rho_squared(), add(rho_squared(), square(coordinate(2))));
     }
-    const bool is_arithmetic = n.op == Op::add || n.op == Op::sub || n.op == Op::mul || n.op == Op::div || n.op == Op::neg;
+    const bool is_arithmetic = info_of(n.op).name[0] != '\0' && !info_of(n.op).has_function_name();
     if (is_arithmetic && !terms_.is_regular(node))
         if (std::optional<Polynomial> p = terms_.regularized(node)) return sum_of(std::move(*p));
     const std::int32_t a = of(n.a), b = n.b < 0 ? -1 : of(n.b);
     return operation(scope_, n.op, a, b);
 }
 
-std::int32_t CartesianForm::variable(Textbook which) {
+/// Appends the expression of a textbook variable.
+std::int32_t CartesianForm::expression_of(Textbook which) {
     switch (which) {
-        case Textbook::r: return r();
+        case Textbook::r: return operation(scope_, Op::sqrt, add(rho_squared(), square(coordinate(2))));
         case Textbook::theta: return operation(scope_, Op::atan2, rho(), coordinate(2));
         case Textbook::phi: return operation(scope_, Op::atan2, coordinate(1), coordinate(0));
-        case Textbook::rho: return rho();
+        case Textbook::rho: return operation(scope_, Op::sqrt, rho_squared());
         case Textbook::pr: return div(add(x_px_plus_y_py(), mul(coordinate(2), coordinate(5))), r());
         case Textbook::ptheta: return div(ptheta_rho(), rho());
         case Textbook::pphi: return momentum_about(2);

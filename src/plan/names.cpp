@@ -87,8 +87,8 @@ const char* describe(Failure failure) {
             return "the steps become so short that the ray makes no progress; H may be singular or may jump here: "
                    "state space.domain or space.capture before this point";
         case Failure::hamiltonian_jumps:
-            return "H jumps here, where a min, max, abs or where changes its branch, and no ray can cross a jump; replace "
-                   "it by a steep but continuous change, or end the rays here by space.domain or space.capture";
+            return "H jumps here, where a min, max, abs or where changes its branch, and no ray can cross a jump; "
+                   "replace it by a steep but continuous change, or end the rays here by space.domain or space.capture";
     }
     return "unknown failure";
 }

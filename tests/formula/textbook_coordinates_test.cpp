@@ -42,7 +42,8 @@ private:
     FormulaScope scope_ = formula_scope();
 };
 
-const FormulaPoint off_axis[] = {{2, 3, 5, 7, 11, 13, -1}, {-0.3, 0.4, -1.2, 0.5, 0.25, -2, 1}, {1, -2, 0.5, 1, 1, 3, 1}};
+const FormulaPoint off_axis[] = {
+    {2, 3, 5, 7, 11, 13, -1}, {-0.3, 0.4, -1.2, 0.5, 0.25, -2, 1}, {1, -2, 0.5, 1, 1, 3, 1}};
 /// Points on the axis, at both poles.
 const FormulaPoint on_axis[] = {{0, 0, 5, 0.7, 0.2, 0.4, -1}, {0, 0, -3, -0.5, 0.25, 2, 1}, {0, 0, 4, 0, 0, 1, 1}};
 

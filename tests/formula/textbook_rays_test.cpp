@@ -23,8 +23,9 @@ const std::string cartesian = schwarzschild("px^2 + py^2 + pz^2 - 2*M*(x*px + y*
 /// Kerr as printed. E is −p_t.
 const char* const kerr_book =
     "[space]\nhamiltonian = \"formula\"\n"
-    "H = \"(Delta*pr^2 + ptheta^2 + (pphi/sin(theta) - a*sin(theta)*E)^2 - ((r^2 + a^2)*E - a*pphi)^2/Delta)/(2*Sigma)\""
-    "\ncapture = \"r - 1.01*(M + sqrt(M^2 - a^2))\"\n[space.constants]\nM = 1\na = 0.9\npt = 1\n"
+    "H = \"(Delta*pr^2 + ptheta^2 + (pphi/sin(theta) - a*sin(theta)*E)^2"
+    " - ((r^2 + a^2)*E - a*pphi)^2/Delta)/(2*Sigma)\"\n"
+    "capture = \"r - 1.01*(M + sqrt(M^2 - a^2))\"\n[space.constants]\nM = 1\na = 0.9\npt = 1\n"
     "[space.let]\nE = \"-pt\"\nSigma = \"r^2 + a^2*cos(theta)^2\"\nDelta = \"r^2 - 2*M*r + a^2\"\n";
 const char* const kerr_built_in = "[space]\nhamiltonian = \"kerr\"\nmass = 1\nspin = 0.9\n";
 

@@ -54,9 +54,9 @@ TEST_P(GalleryDefaults, AreWithinATwentiethOfAPixel) {
 INSTANTIATE_TEST_SUITE_P(Scenes, GalleryDefaults,
                          testing::Values("fisheye.toml", "formula-anisotropic.toml", "formula-mirage.toml",
                                          "formula-morris-thorne.toml", "formula-reissner-nordstrom.toml",
-                                         "formula-strange.toml", "galaxy.toml", "hole.toml", "kerr.toml",
-                                         "luneburg.toml", "mirage.toml", "room-mesh.toml", "room.toml", "shimmer.toml",
-                                         "wormhole.toml"));
+                                         "formula-strange.toml", "galaxy.toml", "hole.toml",
+                                         "kerr-boyer-lindquist.toml", "kerr.toml", "luneburg.toml", "mirage.toml",
+                                         "room-mesh.toml", "room.toml", "shimmer.toml", "wormhole.toml"));
 
 }  // namespace
 }  // namespace kagero::test

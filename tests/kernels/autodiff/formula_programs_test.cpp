@@ -115,9 +115,8 @@ TEST(FormulaPrograms, MinMaxAndAbsOfEqualOperandsHaveTheDerivativeOfTheFirst) {
         }
 }
 
-// where(c, a, b) consists of two gates. In the branch that is not taken, the values and derivatives of both operands are
-// infinite or NaN: √c and log(−c) have no value on the other side, and 1/c none at c = 0. The program must have the
-// derivatives of the branch that is taken, also those of second order.
+// where(c, a, b) consists of two gates. The branch that is not taken has no value here: √x and log(−x) have none on the
+// other side of 0. The program must have the derivatives of the branch that is taken, also those of second order.
 TEST(FormulaPrograms, BranchesThatAreNotTakenHaveNoInfluence) {
     const auto programs = std::make_unique<formula::Programs>();
     std::vector<FormulaNode> nodes;

@@ -63,8 +63,8 @@ TEST(TextbookSpaces, SchwarzschildHasTheSameRaysInSphericalAndCartesianForm) {
                 ASSERT_EQ(a[i].status, b[i].status) << i << ' ' << static_cast<int>(a[i].failure);
                 if (a[i].status != Status::escaped || b[i].steps > 1000) continue;
                 for (int k = 0; k < 3; ++k) {
-                    EXPECT_NEAR(a[i].q[k], b[i].q[k], 2e-11 * (1 + std::abs(b[i].q[k]))) << i;
-                    EXPECT_NEAR(a[i].p[k], b[i].p[k], 2e-11 * (1 + std::abs(b[i].p[k]))) << i;
+                    EXPECT_NEAR(a[i].q[k], b[i].q[k], 1e-12 * (1 + std::abs(b[i].q[k]))) << i;
+                    EXPECT_NEAR(a[i].p[k], b[i].p[k], 1e-12 * (1 + std::abs(b[i].p[k]))) << i;
                 }
                 ++escaped;
             }
@@ -145,8 +145,8 @@ TEST(TextbookSpaces, KerrHasTheShadowOfTheBuiltInSpace) {
         EXPECT_EQ(b_ends[i].status, expected) << i << " built-in";
         if (captured[i]) continue;
         const double l = angular_momentum(book[i].q, book[i].p)[2], q = carter_constant(book[i].q, book[i].p, a);
-        EXPECT_NEAR(angular_momentum(a_ends[i].q, a_ends[i].p)[2], l, 1e-9) << i;
-        EXPECT_NEAR(carter_constant(a_ends[i].q, a_ends[i].p, a), q, 1e-8) << i;
+        EXPECT_NEAR(angular_momentum(a_ends[i].q, a_ends[i].p)[2], l, 1e-12) << i;
+        EXPECT_NEAR(carter_constant(a_ends[i].q, a_ends[i].p, a), q, 1e-11) << i;
     }
 }
 

@@ -20,9 +20,14 @@ std::string scene_of(const std::string& layer) {
 
 /// Forms of the layer: with a kink of each kind, with several kinks in one place, and with a `where` whose branches have
 /// no value where they are not taken.
-const char* const forms[] = {"max(0, u)", "(0.5*(u + abs(u)))", "where(u, u, 0)", "where(-u, 0, u)",
-                             "where(u, u, 1e-30*sqrt(0.01 - u))", "where(u, exp(log(u)), 0)",
-                             "(0.25*where(u, u, 0) + 0.75*max(u, 0))", "(0.5*max(u, 0) + 0.5*(u - min(0, u)))"};
+const char* const forms[] = {"max(0, u)",
+                             "(0.5*(u + abs(u)))",
+                             "where(u, u, 0)",
+                             "where(-u, 0, u)",
+                             "where(u, u, 1e-30*sqrt(0.01 - u))",
+                             "where(u, exp(log(u)), 0)",
+                             "(0.25*where(u, u, 0) + 0.75*max(u, 0))",
+                             "(0.5*max(u, 0) + 0.5*(u - min(0, u)))"};
 
 /// Direction of a ray that leaves the layer, and the point of its line at z = 0 or z = 4.
 struct Exit {

@@ -37,28 +37,28 @@ struct Dual {
         return d;
     }
 
-    friend constexpr Dual operator-(const Dual& a) {
+    KAGERO_INLINE friend constexpr Dual operator-(const Dual& a) {
         Dual d;
         d.value = -a.value;
         for (int k = 0; k < N; ++k) d.derivative[k] = -a.derivative[k];
         return d;
     }
-    friend constexpr Dual operator+(const Dual& a, const Dual& b) {
+    KAGERO_INLINE friend constexpr Dual operator+(const Dual& a, const Dual& b) {
         Dual d;
         d.value = a.value + b.value;
         for (int k = 0; k < N; ++k) d.derivative[k] = a.derivative[k] + b.derivative[k];
         return d;
     }
-    friend constexpr Dual operator-(const Dual& a, const Dual& b) {
+    KAGERO_INLINE friend constexpr Dual operator-(const Dual& a, const Dual& b) {
         Dual d;
         d.value = a.value - b.value;
         for (int k = 0; k < N; ++k) d.derivative[k] = a.derivative[k] - b.derivative[k];
         return d;
     }
-    friend constexpr Dual operator*(const Dual& a, const Dual& b) {
+    KAGERO_INLINE friend constexpr Dual operator*(const Dual& a, const Dual& b) {
         return combine(a.value * b.value, b.value, a, a.value, b);
     }
-    friend constexpr Dual operator/(const Dual& a, const Dual& b) {
+    KAGERO_INLINE friend constexpr Dual operator/(const Dual& a, const Dual& b) {
         const T quotient = a.value / b.value;
         return combine(quotient, T(1.0) / b.value, a, -quotient / b.value, b);
     }
@@ -115,7 +115,7 @@ private:
     static constexpr Dual chained(const T& y, const Dual& a) { return chain(y, F::derivative(a.value, y), a); }
     /// Returns g(a, b) for a function g, by the chain rule. `f` is g(a.value, b.value); `da` and `db` are the partial
     /// derivatives of g with respect to a and b.
-    static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
+    KAGERO_INLINE static constexpr Dual combine(const T& f, const T& da, const Dual& a, const T& db, const Dual& b) {
         Dual d;
         d.value = f;
         for (int k = 0; k < N; ++k) d.derivative[k] = da * a.derivative[k] + db * b.derivative[k];

@@ -13,7 +13,8 @@
 
 namespace kagero {
 
-/// A number of type T with its derivatives with respect to N variables.
+/// A number of type T with its derivatives with respect to N variables. Its arithmetic is always inlined: the compiler
+/// would call functions in the interpreter of formulas, which contains many operations, and a start would take longer.
 template <class T, int N>
 struct Dual {
     T value{};

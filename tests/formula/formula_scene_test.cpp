@@ -72,6 +72,23 @@ TEST(FormulaScene, RefusesIncompleteOrWrongKeys) {
         EXPECT_NE(refusal(text).find(message), std::string::npos) << text << refusal(text);
 }
 
+// The Cartesian form of each expression gives the same rays.
+TEST(FormulaScene, AcceptsSphericalCoordinatesInEveryKey) {
+    const auto space = [](const std::string& r2, const std::string& p2) {
+        return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(" + p2 + " - n^2)\"\nparts = [\"0.5*(" + p2 +
+               ")\", \"-0.5*n^2\"]\ndomain = \"25 - " + r2 + "\"\ncapture = \"" + r2 +
+               " - 0.04\"\nlength_scale = \"0.1 + 0.1*sqrt(" + r2 + ")\"\n[space.let]\nn = \"1 + exp(-" + r2 +
+               ")\"\n[integrator]\nmethod = \"gauss8\"\nstep = 0.1\nrescale = \"1/(1 + " + r2 + ")\"\n";
+    };
+    const auto rays = fan({-3, 0.5, 0.25});
+    const auto a = traced(space("(r^2)", "pr^2 + L2/r^2"), {}, "packet", rays),
+               b = traced(space("(x^2 + y^2 + z^2)", "px^2 + py^2 + pz^2"), {}, "packet", rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        ASSERT_EQ(a[i].status, b[i].status) << i;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(a[i].q[k], b[i].q[k], 1e-10) << i;
+    }
+}
+
 TEST(FormulaScene, RefusesFormulasThatAreTooLarge) {
     std::ostringstream large;
     large << "[space]\nhamiltonian = \"formula\"\nH = \"px^2";
@@ -83,10 +100,12 @@ TEST(FormulaScene, RefusesFormulasThatAreTooLarge) {
 // Each helper contains the previous helper twice. If helpers were expanded, the formulas would have 2^60 leaves, and
 // the test would not end.
 TEST(FormulaScene, ParsesEachHelperOnce) {
-    for (const char* helper : {" + ", "*"}) {
+    const std::pair<const char*, const char*> forms[] = {
+        {" + ", "1/z"}, {"*", "1/z"}, {" + ", "ptheta/theta"}, {"*", "ptheta"}};
+    for (const auto& [helper, first] : forms) {
         std::ostringstream deep;
         deep << "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2) + "
-                "1e-30*a60\"\n[integrator]\nrescale = \"z\"\n[space.let]\na0 = \"x + 1/z\"\n";
+                "1e-30*a60\"\n[integrator]\nrescale = \"z\"\n[space.let]\na0 = \"x + " << first << "\"\n";
         for (int i = 1; i <= 60; ++i)
             deep << 'a' << i << " = \"(a" << i - 1 << " + x)" << helper << 'a' << i - 1 << "\"\n";
         refusal(deep.str());  // the result is not tested: the scene is refused, because its numbers are too large

@@ -18,8 +18,8 @@ std::string scene_of(const std::string& layer) {
            "look_at = [1, 0, 0.4]\nup = [0, 0, 1]\n[film]\nsize = [16, 12]\n";
 }
 
-/// Forms of the layer: with a kink of each kind, with several kinks in one place, and with a `where` whose branches have
-/// no value where they are not taken.
+/// Forms of the layer: with a kink of each kind, with several kinks in one place, and with a `where` whose branches
+/// have no value where they are not taken.
 const char* const forms[] = {"max(0, u)",
                              "(0.5*(u + abs(u)))",
                              "where(u, u, 0)",

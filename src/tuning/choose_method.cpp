@@ -49,25 +49,40 @@ Decision decision_of(const Plan& plan, const MethodTrial& trial) {
 }
 
 /// Returns the remark that the error may exceed the bound.
-std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial) {
+std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial, bool runs_reference) {
     std::ostringstream remark;
     remark << (trial.is_stated ? "integrator.max_pixel_error = " : "the default bound on the pixel error, ")
            << trial.bound << (trial.is_stated ? " may not be met: " : ", may not be met: ") << trial.failure_reason
-           << "; " << plan.method().name << " runs with its stated or default step";
+           << "; " << plan.method().name << " runs with ";
+    if (runs_reference) remark << "tolerance " << plan.run.tolerance;
+    else remark << "its stated or default step";
     return remark.str();
 }
 
-/// Returns the plan's configuration with the measured method and step, and the kernel that the options request.
-std::optional<RunConfig> run_config_with(const Plan& plan, const MeasuredMethod& measured) {
+/// Returns the plan's configuration with the given method and step, and the kernel that the options request.
+std::optional<RunConfig> run_config_with(const Plan& plan, Variant variant) {
     KernelRequest request = plan.run.kernel_request;
     request.precision = request.precision.value_or(Precision::float64);
-    const KernelInfo* kernel = find_kernel(*plan.scene, measured.variant.method, request);
+    const KernelInfo* kernel = find_kernel(*plan.scene, variant.method, request);
     if (!kernel) return {};
-    Variant variant = measured.variant;
     variant.kernel = kernel;
     RunConfig run = run_config_with_variant(plan, variant);
     run.max_steps = plan.description().integrator.max_steps;
     return run;
+}
+
+/// Makes the method of the reference that of the plan, if no other method is known to meet the bound and the scene
+/// states no method. If the reference is confirmed, it meets the bound. Returns true if the plan has changed.
+bool use_reference(Plan& plan, const MethodSearch& search, MethodTrial& trial) {
+    if (!search.reference || plan.description().integrator.method_location) return false;
+    auto run = run_config_with(plan, *search.reference);
+    if (!run) return false;
+    run->value_weight = MethodSearch::reference_value_weight;
+    run->kernel_request.precision = Precision::float64;
+    plan.run = *run;
+    trial.bound_met = search.is_confirmed;
+    trial.estimate = search.uncertainty;
+    return true;
 }
 
 }  // namespace
@@ -87,7 +102,7 @@ Plan choose_method(Plan plan, const Progress& progress, double time_limit) {
     trial.rays = search.rays;
     trial.failure_reason = search.failure_reason;
     if (search.best) {
-        const auto run = run_config_with(plan, *search.best);
+        const auto run = run_config_with(plan, search.best->variant);
         trial.bound_met = run.has_value();
         if (run) plan.run = *run;
         else trial.failure_reason = "no kernel of the requested strategy and lanes supports the best method";
@@ -97,6 +112,7 @@ Plan choose_method(Plan plan, const Progress& progress, double time_limit) {
             trial.ill_conditioned_share = double(errors.compared_ill_conditioned) / compared;
         }
     }
+    const bool runs_reference = !search.best && use_reference(plan, search, trial);
     const auto add_remarks = [&](const std::vector<std::string>& remarks) {
         plan.remarks.insert(plan.remarks.end(), remarks.begin(), remarks.end());
     };
@@ -105,7 +121,7 @@ Plan choose_method(Plan plan, const Progress& progress, double time_limit) {
         add_remarks(remarks_on_stated(plan));
         add_remarks(remarks_on_ill_conditioned(trial));
     } else if (trial.is_stated || search.is_affordable) {
-        add_remarks({remark_on_unmet(plan, trial)});
+        add_remarks({remark_on_unmet(plan, trial, runs_reference)});
     }
     plan.decisions.tuning.push_back(decision_of(plan, trial));
     plan.method_trial = trial;

@@ -27,8 +27,6 @@ constexpr double max_wrong_share = 0.01;
 constexpr double max_picture_share = 1.0 / 3, min_search_operations = 3e8;
 /// Cost of an operation in float, in operations in double. A register has twice as many lanes in float.
 constexpr double float_cost = 0.5;
-/// RunConfig::value_weight of the reference, as for ray lists.
-constexpr double reference_value_weight = 1e-3;
 /// Limit of steps of the trial, as a multiple of the median over the rays that end, and its smallest value.
 constexpr double step_limit_over_median = 30;
 constexpr std::uint32_t least_step_limit = 1000;
@@ -110,6 +108,7 @@ bool MethodSearch::confirm_reference(const std::vector<RayEnd>& confirming, cons
                          confirming_method + " is " + plain_number(uncertainty) + " pixels";
         return false;
     }
+    is_confirmed = true;
     if (!std::isfinite(uncertainty)) uncertainty = 0;  // all rays are captured
     failure_reason.clear();
     return true;
@@ -139,6 +138,7 @@ bool MethodSearch::trace_reference() {
             is_affordable = false;
             return false;
         }
+        reference = first;
         reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
                                                   trace_rays(plan, sample_.below));
         trace_shadow_edge(plan);

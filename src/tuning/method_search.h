@@ -22,6 +22,9 @@ struct MeasuredMethod {
 /// as many as take some hundredths of a second, and ends at the time limit.
 class MethodSearch {
 public:
+    /// RunConfig::value_weight of the reference, as for ray lists.
+    static constexpr double reference_value_weight = 1e-3;
+
     MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)
         : plan_(plan), bound_(bound), progress_(progress), time_limit_(time_limit) {}
 
@@ -29,6 +32,8 @@ public:
     void run();
 
     std::optional<MeasuredMethod> best;
+    std::optional<Variant> reference;  ///< The method of the reference; empty if there is none or it is too costly.
+    bool is_confirmed = false;         ///< True if another method agrees with the reference.
     std::string failure_reason;  ///< Reason why `best` is empty.
     bool is_affordable = true;   ///< False if the search would need more operations than the picture permits.
     std::uint64_t rays = 0;

@@ -207,19 +207,19 @@ void add_crop(CLI::App& verb, Arguments& arguments) {
                "X0,Y0,X1,Y1");
 }
 
-SceneDescription scene_of(const Arguments& arguments, const Options& options) {
+SceneDescription scene_of(const Arguments& arguments, const Options& options, SceneUse use) {
     if (arguments.scene.empty())
         throw InputError(
             "no scene was given; name a TOML file (`kagero list scenes` shows the scenes that are "
             "distributed with kagero)");
-    return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa));
+    return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa), use);
 }
 
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options) {
-    SceneDescription scene = scene_of(arguments, options);
+    SceneDescription scene = scene_of(arguments, options, SceneUse::single_rays);
     arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
     try {
-        return scene_of(arguments, options);
+        return scene_of(arguments, options, SceneUse::single_rays);
     } catch (const InputError&) {  // The only possible reason is a method that excludes symmetry = "none".
         return scene;
     }

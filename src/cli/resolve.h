@@ -7,8 +7,7 @@
 namespace kagero {
 
 /// Returns the plan that resolve() of tuning/resolve.h makes for a picture. Shows the progress of trials that take more
-/// than a second, then prints the remarks of the plan as warnings. `time_limit` bounds the trials, in seconds.
-Plan resolve_with_progress(SceneDescription scene, const Options& options, const Terminal& terminal,
-                           double time_limit = std::numeric_limits<double>::infinity());
+/// than a second, then prints the remarks of the plan as warnings.
+Plan resolve_with_progress(SceneDescription scene, const Options& options, const Terminal& terminal);
 
 }  // namespace kagero

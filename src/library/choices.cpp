@@ -31,8 +31,8 @@ Options options_of(const RunOptions& requested) {
     return options;
 }
 
-SceneDescription description_of(const SceneSource& source, const Options& options) {
-    return load_scene(source.file, {source.overrides.begin(), source.overrides.end()}, catalogue(options.isa));
+SceneDescription description_of(const SceneSource& source, const Options& options, SceneUse use) {
+    return load_scene(source.file, {source.overrides.begin(), source.overrides.end()}, catalogue(options.isa), use);
 }
 
 RunChoices choices_of(const Plan& plan) {

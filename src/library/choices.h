@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/plan.h"
+#include "scene/load.h"
 
 #include <kagero/options.h>
 
@@ -11,7 +12,7 @@ namespace kagero {
 Options options_of(const RunOptions& requested);
 
 /// Loads the description of a scene. Throws InputError if the file or an override is invalid.
-SceneDescription description_of(const SceneSource& source, const Options& options);
+SceneDescription description_of(const SceneSource& source, const Options& options, SceneUse use = SceneUse::picture);
 
 /// Returns the choices that a plan contains.
 RunChoices choices_of(const Plan& plan);

@@ -32,7 +32,7 @@ std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<R
     Options options = options_of(requested);
     options.energy_error = options.parameter = true;
     if (!observer.empty()) options.observer = observer_named(observer);
-    const Plan plan = resolve(description_of(source, options), options, Purpose::ray_list);
+    const Plan plan = resolve(description_of(source, options, SceneUse::single_rays), options, Purpose::ray_list);
     std::vector<RayInput> inputs;
     for (const Ray& ray : rays) inputs.push_back({ray.position, ray.direction});
     RunControl control;

@@ -3,6 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "plan/formula_space.h"
+#include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -149,6 +150,16 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
     return std::move(list.decisions);
 }
 
+/// Adds the decision on the charts of rays near a black hole.
+void add_chart_decision(const Scene& scene, const View& view, DecisionList& list) {
+    if (!horizon_of(scene.space)) return;
+    const bool may_turn_near_horizon = horizon_of_spinning_hole(scene.space) && is_nearly_extreme(scene.space);
+    list.add(view.camera.start.ingoing || may_turn_near_horizon,
+             "ingoing coordinates for rays that move outward near the horizon, |q| < " +
+                 plain_number(scene.limits.chart_radius * scene.unit),
+             "the rays of this camera are regular in outgoing coordinates");
+}
+
 /// Returns the decisions about camera rays, pixels and layers.
 std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
     DecisionList list;
@@ -158,6 +169,7 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
              film.spp > 1                 ? "film.spp > 1"
              : view.solves_each_direction ? "H is not quadratic in p, so the momentum of every direction is solved for"
                                           : "the camera is " + name_of(scene.description.camera.type));
+    add_chart_decision(scene, view, list);
     list.add(film.spp > 1, "scrambled Sobol points as sample positions in the pixel",
              "film.spp = 1, so each ray passes through the centre of its pixel");
     list.add(scene.paints->sky_has_pattern(), "footprints of pixels on the sky",

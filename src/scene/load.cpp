@@ -82,7 +82,22 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
     return space;
 }
 
-CameraDescription load_camera(const Section& section) {
+/// Adds the keys of [camera] and [film] that a picture requires, where they are missing.
+void add_default_view(Value& root, const SceneDescription& scene) {
+    Double3 position = scene.space.center;
+    position[0] -= 0.1 * scene.integrator.escape_radius;
+    const auto add = [&](const char* table, const char* key, const std::string& value) {
+        const Value* keys = find({&root, "", root.location}, table);
+        if (!keys || (keys->kind == Value::Kind::table && !find({keys, table, keys->location}, key)))
+            apply_override(root, std::string(table) + "." + key + "=" + value, "the default view");
+    };
+    add("camera", "position", to_toml(position));
+    add("camera", "look_at", to_toml(scene.space.center));
+    add("film", "size", "[640, 480]");
+}
+
+/// Loads the table [camera]. The view is checked only for pictures.
+CameraDescription load_camera(const Section& section, SceneUse use) {
     CameraDescription camera;
     std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer"};
     if (const Value* type = find(section, "type")) {
@@ -102,7 +117,7 @@ CameraDescription load_camera(const Section& section) {
     read(section, "fov", camera.fov, {0, 180, true, true});
     if (const Value* fov = find(section, "fov")) camera.fov_location = fov->location;
     read(section, "height", camera.height, positive_length);
-    check_view(section, camera);
+    if (use == SceneUse::picture) check_view(section, camera);
     return camera;
 }
 
@@ -156,12 +171,12 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
 }  // namespace
 
 SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides,
-                            const Catalogue& catalogue) {
-    return load_scene_text(read_text(path), path, overrides, catalogue);
+                            const Catalogue& catalogue, SceneUse use) {
+    return load_scene_text(read_text(path), path, overrides, catalogue, use);
 }
 
 SceneDescription load_scene_text(const std::string& text, const std::string& path,
-                                 const std::vector<Override>& overrides, const Catalogue& catalogue) {
+                                 const std::vector<Override>& overrides, const Catalogue& catalogue, SceneUse use) {
     SceneDescription scene;
     scene.path = path;
     scene.text = text;
@@ -176,7 +191,8 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
     const std::string directory = std::filesystem::path(path).parent_path().string();
     scene.space = load_space(section(root, "space"), catalogue);
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
-    scene.camera = load_camera(section(root, "camera"));
+    if (use == SceneUse::single_rays) add_default_view(root, scene);
+    scene.camera = load_camera(section(root, "camera"), use);
     scene.film = load_film(section(root, "film"), catalogue.layers);
     const Section sky = section(root, "sky");
     scene.sky = load_sky(sky, directory);

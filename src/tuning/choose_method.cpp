@@ -93,11 +93,11 @@ bool needs_method_search(const Plan& plan) {
     return stated.max_pixel_error > 0 || (!stated.step_location && !stated.tolerance_location);
 }
 
-Plan choose_method(Plan plan, const Progress& progress, double time_limit) {
+Plan choose_method(Plan plan, const Progress& progress) {
     MethodTrial trial;
     trial.is_stated = plan.description().integrator.max_pixel_error > 0;
     trial.bound = trial.is_stated ? plan.description().integrator.max_pixel_error : default_max_pixel_error;
-    MethodSearch search(plan, trial.bound, progress, time_limit);
+    MethodSearch search(plan, trial.bound, progress);
     search.run();
     trial.rays = search.rays;
     trial.failure_reason = search.failure_reason;

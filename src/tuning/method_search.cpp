@@ -52,19 +52,13 @@ double reference_tolerance(double bound, double pixel_angle) {
     return std::clamp(share * bound * pixel_angle, least, greatest);
 }
 
-/// Thrown when the time limit has passed.
-struct OutOfTime {};
-
 }  // namespace
 
 /// Traces rays and counts the operations.
 std::vector<RayEnd> MethodSearch::trace_rays(const Plan& plan, const std::vector<RayStart>& starts,
                                              double* operations) {
-    const double left = time_limit_ - seconds();
-    if (!(left > 0)) throw OutOfTime{};
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, starts, ends, {.time_limit = left});
-    if (report.interrupted) throw OutOfTime{};
+    const RunReport report = trace(plan, starts, ends);
     const double counted = operations_of(plan, report.counters);
     spent_ += counted;
     if (operations) *operations = counted / double(starts.size());
@@ -223,39 +217,35 @@ void MethodSearch::run() {
     may_use_float_ = has_float();
     precision_ = plan_.run.kernel_request.precision.value_or(Precision::float64);
     const bool is_stated = plan_.description().integrator.method_location.has_value();
-    try {
-        double default_operations = 0;
-        std::vector<double> steps;
-        default_ends_ = trace_rays(plan_, sample_.starts, &default_operations);
-        for (const RayEnd& end : default_ends_)
-            if (end.status != Status::step_limit) steps.push_back(end.steps);
-        if (steps.empty()) {
-            failure_reason = "no ray of the trial ends within integrator.max_steps";
-            return;
-        }
-        const double limit = step_limit_over_median * percentiles_of(std::move(steps)).p50;
-        plan_.run.max_steps =
-            std::min(plan_.run.max_steps, std::max(least_step_limit, std::uint32_t(std::min(1e9, limit))));
-        const FilmDescription& film = plan_.description().film;
-        const double picture_rays = double(film.width) * film.height * film.spp;
-        budget_ = std::max(max_picture_share * picture_rays * default_operations, min_search_operations);
-        if (!trace_reference()) return;
-        const std::string own = plan_.method().name;
-        const bool only_adaptive = plan_.description().space.formula.has_value();
-        try_method(own.c_str());
-        for (const char* name : candidates) {
-            const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
-            if (is_stated || own == name || !variant) continue;
-            if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
-            if (info_of(plan_, *variant).angular && !plan_.run.use_symmetry) continue;
-            try_method(name);
-        }
-        if (!best)
-            failure_reason = "no " + (is_stated ? "step of " + own : std::string("method")) +
-                             " that was measured meets the bound";
-    } catch (const OutOfTime&) {
-        if (!best) failure_reason = "the time limit passed before a method was found that meets the bound";
+    double default_operations = 0;
+    std::vector<double> steps;
+    default_ends_ = trace_rays(plan_, sample_.starts, &default_operations);
+    for (const RayEnd& end : default_ends_)
+        if (end.status != Status::step_limit) steps.push_back(end.steps);
+    if (steps.empty()) {
+        failure_reason = "no ray of the trial ends within integrator.max_steps";
+        return;
     }
+    const double limit = step_limit_over_median * percentiles_of(std::move(steps)).p50;
+    plan_.run.max_steps =
+        std::min(plan_.run.max_steps, std::max(least_step_limit, std::uint32_t(std::min(1e9, limit))));
+    const FilmDescription& film = plan_.description().film;
+    const double picture_rays = double(film.width) * film.height * film.spp;
+    budget_ = std::max(max_picture_share * picture_rays * default_operations, min_search_operations);
+    if (!trace_reference()) return;
+    const std::string own = plan_.method().name;
+    const bool only_adaptive = plan_.description().space.formula.has_value();
+    try_method(own.c_str());
+    for (const char* name : candidates) {
+        const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
+        if (is_stated || own == name || !variant) continue;
+        if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
+        if (info_of(plan_, *variant).angular && !plan_.run.use_symmetry) continue;
+        try_method(name);
+    }
+    if (!best)
+        failure_reason = "no " + (is_stated ? "step of " + own : std::string("method")) +
+                         " that was measured meets the bound";
 }
 
 }  // namespace kagero

@@ -19,14 +19,14 @@ struct MeasuredMethod {
 /// A search. The trial's rays are a sparse grid of the film's rays. Two methods, which must agree, give their reference
 /// ends. Each candidate is then traced with several steps. It must also keep the errors of rays at the edge of a shadow
 /// small, which are few but magnify errors most. The search does at most a third of the operations of the picture, or
-/// as many as take some hundredths of a second, and ends at the time limit.
+/// as many as take some hundredths of a second.
 class MethodSearch {
 public:
     /// RunConfig::value_weight of the reference, as for ray lists.
     static constexpr double reference_value_weight = 1e-3;
 
-    MethodSearch(const Plan& plan, double bound, const Progress& progress, double time_limit)
-        : plan_(plan), bound_(bound), progress_(progress), time_limit_(time_limit) {}
+    MethodSearch(const Plan& plan, double bound, const Progress& progress)
+        : plan_(plan), bound_(bound), progress_(progress) {}
 
     /// Traces the reference and all candidates. Sets `best` and `failure_reason`.
     void run();
@@ -53,7 +53,6 @@ private:
     Plan plan_;
     const double bound_;
     const Progress& progress_;
-    const double time_limit_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     bool may_use_float_ = false;
     Precision precision_ = Precision::float64;  ///< Precision in which candidates are measured.

@@ -6,14 +6,14 @@
 
 namespace kagero {
 
-Plan resolve(SceneDescription description, const Options& options, Purpose purpose, const TrialControl& control) {
+Plan resolve(SceneDescription description, const Options& options, Purpose purpose, const Progress& trial_progress) {
     Plan plan = choose_step_bound(make_plan(std::move(description), options, purpose), options, purpose);
-    return purpose == Purpose::picture ? choose_by_trial(std::move(plan), control) : plan;
+    return purpose == Purpose::picture ? choose_by_trial(std::move(plan), trial_progress) : plan;
 }
 
-Plan choose_by_trial(Plan plan, const TrialControl& control) {
+Plan choose_by_trial(Plan plan, const Progress& trial_progress) {
     if (needs_method_search(plan)) {
-        plan = choose_method(std::move(plan), control.progress, control.time_limit);
+        plan = choose_method(std::move(plan), trial_progress);
     } else {
         plan.decisions.tuning.push_back({"choice of method and step by a trial", false,
                                          plan.scene->straight ? "all rays are straight"

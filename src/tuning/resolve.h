@@ -7,19 +7,13 @@
 
 namespace kagero {
 
-/// The progress callback and the time limit of trials.
-struct TrialControl {
-    Progress progress = {};
-    double time_limit = std::numeric_limits<double>::infinity();  ///< Seconds.
-};
-
 /// Returns the plan of a scene with a value for every `auto`. For a picture, choose_by_trial completes the plan. Throws
 /// InputError if scene and options cannot be used.
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
-             const TrialControl& control = {});
+             const Progress& trial_progress = {});
 
 /// Returns the plan of a picture with the choices that trial rays make: method and step, unless the scene states a step
 /// or tolerance and no bound on the error, and the precision.
-Plan choose_by_trial(Plan plan, const TrialControl& control = {});
+Plan choose_by_trial(Plan plan, const Progress& trial_progress = {});
 
 }  // namespace kagero

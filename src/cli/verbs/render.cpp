@@ -10,7 +10,6 @@
 #include "film/write_film.h"
 #include "plan/names.h"
 #include "rays/camera.h"
-#include "render/deadline.h"
 #include "report/run_json.h"
 #include "report/text/numbers.h"
 #include "report/warnings.h"
@@ -38,8 +37,8 @@ void declare(CLI::App& app, Arguments& arguments) {
                "per step. Pixel (0, 0) is at the top left",
                "X,Y");
     add_option(app, "--time-limit", arguments.time_limit,
-               "Stop after this number of seconds of trial rays and rendering, greater than 0, and write the picture "
-               "so far. --precision auto is then double. Default: no limit",
+               "Stop after this number of seconds of rendering, greater than 0, and write the picture so far. The "
+               "limit changes no choice of the program. Default: no limit",
                "SECONDS");
     add_flag(app, "--maps", arguments.maps,
              "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
@@ -177,10 +176,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
     const double time_limit = time_limit_of(arguments);
     Options options = options_of(arguments);
-    // With --pixel or --time-limit, the precision is double without a trial. A path shows differences between float and
-    // double that are invisible in a picture. With a time limit, a trial would leave less time for rendering.
-    const bool no_precision_trial = !arguments.pixel.empty() || !arguments.time_limit.empty();
-    if (no_precision_trial && !options.precision) options.precision = Precision::float64;
+    // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
+    // invisible in a picture.
+    if (!arguments.pixel.empty() && !options.precision) options.precision = Precision::float64;
     SceneDescription scene = scene_of(arguments, options);
     const std::string output =
         arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
@@ -204,9 +202,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
         if (arguments.pixel.empty()) prepare_to_write(output);
     });
 
-    constexpr double max_trial_share = 0.5;  // Greatest share of the time limit that trial rays may use.
-    const Deadline deadline(time_limit);
-    const Plan plan = resolve_with_progress(std::move(scene), options, terminal, max_trial_share * time_limit);
+    const Plan plan = resolve_with_progress(std::move(scene), options, terminal);
     // Until here, an interrupt terminates the program, because there are no results to keep.
     const InterruptGuard interrupts;
     print_plan(plan, terminal);
@@ -214,8 +210,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
     Film film = film_of(plan);
     writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
-    const RunReport report =
-        render_with_progress(plan, film, output, deadline.remaining_seconds() + plan.load_seconds, terminal);
+    const RunReport report = render_with_progress(plan, film, output, time_limit, terminal);
     const double write_seconds = save_film(film, output, picture_metadata(plan, report));
     write_maps(film, mapped, output, terminal);
     return conclude(plan, report, write_seconds, output, arguments.json, terminal);

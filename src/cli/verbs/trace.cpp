@@ -167,8 +167,8 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::uint32_t repetitions =
         arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, max_repeats);
     const Options options = options_of(arguments);
-    SceneDescription scene =
-        arguments.parameter.empty() ? scene_of(arguments, options) : scene_with_parameter(arguments, options);
+    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options, SceneUse::single_rays)
+                                                         : scene_with_parameter(arguments, options);
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;

@@ -78,6 +78,7 @@ _kagero() {
         --strategy) words="auto scalar per-ray packet" ;;
         --schedule) words="auto scanline tiles predicted" ;;
         --observer) words="static zamo falling coordinate" ;;
+        --columns) words="action time" ;;
         --color) words="auto always never" ;;
         -o|--output|--json|--rays) COMPREPLY=($(compgen -f -- "$cur")); return ;;
     esac

@@ -13,7 +13,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 31;
+inline constexpr std::uint32_t abi_version = 32;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -126,15 +126,21 @@ struct RayEnd {
     Status status;
     Failure failure;
     bool unrefined;  ///< The chord hits the surface, but refinement found no hit; the position is approximate.
+    // Set only if the job requests one of them; otherwise, they keep their values.
+    double action;  ///< ∫ p·dq from the start of the ray; requires `output_action` or `output_time`.
+    double time;    ///< ∫ ∂H/∂p_t dλ from the start of the ray; requires `output_time`, otherwise 0.
 };
 
-enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2 };
+enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2, output_action = 4, output_time = 8 };
+inline constexpr std::uint32_t output_integrals = output_action | output_time;
 
-/// A point of a ray's path, passed to Job::path_sink after every step; step 0 is the start.
+/// A point of a ray's path, passed to Job::path_sink after every step; step 0 is the start. With Job::path_interval,
+/// `step` is k for the point at λ = k·path_interval.
 struct PathPoint {
     std::uint64_t ray;
     std::uint32_t step;
     double parameter, q[3], p[3], v[3], pt, energy;
+    double action, time;  ///< As in RayEnd; 0 if they are not requested.
 };
 
 /// The path of one ray, and the derivatives of the film coordinates (in pixels) of the ray's end.
@@ -215,6 +221,7 @@ struct Job {
     bool refill;               ///< New rays are loaded into lanes whose ray has terminated.
     void (*path_sink)(void* user, const PathPoint*);  ///< Null: paths are not reported.
     void* path_user;
+    double path_interval;           ///< If > 0, path_sink gets the points at its multiples λ instead of the steps.
     bool timed;                     ///< Counters::query_ticks and refinement_ticks are measured.
     bool (*cancelled)(void* user);  ///< Called every few dozen steps; if true, the tile is abandoned. May be null.
     void* cancel_user;

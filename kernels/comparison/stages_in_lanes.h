@@ -121,6 +121,19 @@ struct StagesInLanes {
         };
         return Curve<S>::collocation(step, coefficients.gauss->template numbers<S>(), stages(coefficients), velocity);
     }
+    /// Writes the state and dq/dτ at stage i of the last step.
+    template <class S, int N = default_carried>
+    static void stage_state(const StepperState<S, N>& step, const Coefficients& coefficients, int i, State<S>& y,
+                            Vec3<S>& velocity) {
+        const S *g = stage_memory(step), *weights = coefficients.gauss->template numbers<S>().a[i];
+        for (int k = 0; k < phase_size; ++k) {
+            S total(0);
+            for (int j = 0; j < stages(coefficients); ++j) total = fma(weights[j], row(g, conjugate(k))[j], total);
+            y.y[k] = k < space_size ? fma(step.h, total, step.start.y[k]) : fnma(step.h, total, step.start.y[k]);
+        }
+        y.pt() = step.start.pt();
+        velocity = {row(g, component_px)[i], row(g, component_py)[i], row(g, component_pz)[i]};
+    }
 
 private:
     static constexpr int stages(const Coefficients& coefficients) {

@@ -202,6 +202,14 @@ public:
         formula::evaluate(programs_.energy_residual, s.y, out);
         return out[0];
     }
+    /// Returns ∂K/∂p_t = Ω ∂H/∂p_t.
+    template <class V>
+    V gradient_pt(const State<V>& s) const {
+        Dual<V, space_size> in[state_size], out[1];
+        formula::make_dual_inputs<space_size>(s, component_pt, in);
+        formula::evaluate(programs_.energy_residual, in, out);
+        return time_rescaling_factor(s) * out[0].derivative[0];
+    }
     /// Returns Ω; 1 without time rescaling.
     template <class V>
     V time_rescaling_factor(const State<V>& s) const {

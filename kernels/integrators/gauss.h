@@ -74,6 +74,14 @@ struct Gauss {
     static Curve<V> curve(const StepperState<V, N>& step, const Coefficients& coefficients) {
         return SharedSolvers<V, N>::collocation_curve(step, coefficients);
     }
+    /// Writes the state and dq/dτ at stage i of the last step.
+    template <class V, int N = default_carried>
+    static void stage_state(const StepperState<V, N>& step, const Coefficients& coefficients, int i, State<V>& y,
+                            Vec3<V>& velocity) {
+        const GaussNumbers<ScalarOf<V>>& w = coefficients.gauss->template numbers<ScalarOf<V>>();
+        write_state(step, step.stage, w.a[i], stages(coefficients), y);
+        velocity = velocity_in(step.stage[i]);
+    }
 
 private:
     static constexpr int stage_capacity = fixed_stages ? fixed_stages : max_stages;

@@ -13,6 +13,8 @@
 ///   rounding_counts(coefficients)         numbers of roundings per step.
 /// These members are optional. A constant need only be declared; its value is not used:
 ///   curve<V>                              dense output of the method; the default is the cubic Hermite curve.
+///   stage_state<V>                        writes the state and dq/dτ at a stage of the last step. The stages are those
+///                                         of a quadrature formula with the order of the method.
 ///   steps_without_begin                   a step of a new length, or from a new state of a ray, needs no call of
 ///                                         `begin` first; only the start of a ray needs it.
 ///   keeps_memory                          RayState::stepper_memory is passed from step to step.

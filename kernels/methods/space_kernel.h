@@ -51,6 +51,8 @@ struct SpaceKernel {
     void (*step[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// Returns the dense output of a step; nullptr if dense output is the cubic Hermite curve.
     Curve<V> (*curve[kind_count])(const StepperState<V>&, const Coefficients&);
+    /// Writes the state and dq/dτ at stage i of a step; nullptr if the stepper stores no stages.
+    void (*stage_state[kind_count])(const StepperState<V>&, const Coefficients&, int i, State<V>&, Vec3<V>&);
     /// Integrates rays to the escape sphere; a captured ray stops at its last state outside the region of capture.
     /// nullptr if the stepper has no such function.
     void (*integrate_to_escape[kind_count])(const SystemStorage&, StepperState<V>&, const Coefficients&,
@@ -64,6 +66,10 @@ struct SpaceKernel {
     /// (adjoint/sweep.h). Both pointers are nullptr except for packets of double.
     ProgramWithUniforms<double> (*derivatives)(const SystemStorage&);
     V (*time_rescaling_factor)(const SystemStorage&, const State<V>&);
+    /// Write ∂K/∂(q, p), and return ∂K/∂p_t, for integrals along rays (trace/path_integrals.h). `time_rate` is nullptr
+    /// if H does not depend on p_t.
+    void (*gradient)(const SystemStorage&, const State<V>&, V* out);
+    V (*time_rate)(const SystemStorage&, const State<V>&);
 };
 
 /// Returns the kernel of a Hamiltonian. It is defined in one translation unit per Hamiltonian and value type.

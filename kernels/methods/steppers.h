@@ -1,6 +1,7 @@
 /// Definition of `space_kernel`, which combines a Hamiltonian with all steppers.
 #pragma once
 
+#include "kernels/equations/time_rate.h"
 #include "kernels/integrators/carried.h"
 #include "kernels/methods/space_kernel.h"
 
@@ -132,6 +133,8 @@ constexpr void add_step(SpaceKernel<V>& kernel, int kind) {
     kernel.begin[kind] = begin<System, Stepper, V>;
     kernel.step[kind] = step<System, Stepper, V>;
     if constexpr (requires { Stepper::template curve<V>; }) kernel.curve[kind] = Stepper::template curve<V>;
+    if constexpr (requires { Stepper::template stage_state<V>; })
+        kernel.stage_state[kind] = Stepper::template stage_state<V>;
     if constexpr (requires { Stepper::template integrate_to_escape<System, V>; })
         kernel.integrate_to_escape[kind] = integrate_to_escape<System, Stepper, V>;
 }
@@ -147,6 +150,13 @@ constexpr SpaceKernel<V> kernel_for_straight_rays() {
     kernel.cyclic = System::cyclic;
     kernel.operations = System::operations;
     kernel.construct = [](SystemStorage& storage, const double* parameters) { new (storage.bytes) System(parameters); };
+    kernel.gradient = [](const SystemStorage& storage, const State<V>& s, V* out) {
+        system_for<System, Straight>(storage).derivatives(s, out);
+    };
+    if constexpr (depends_on_pt<System>())
+        kernel.time_rate = [](const SystemStorage& storage, const State<V>& s) {
+            return gradient_pt(system_for<System, Straight>(storage), s);
+        };
     kernel.begin_straight = begin<System, Straight, V>;
     kernel.step_straight = step<System, Straight, V>;
     return kernel;

@@ -112,4 +112,25 @@ inline void to_ingoing(const Hole& hole, State& state) {
     reflect(hole, state);
 }
 
+/// Returns F(r) with t_in − t_out = F(r) + constant, from dF/dr = 4Mr/Δ; NaN inside the horizon.
+inline double time_shift(const Hole& hole, double r) {
+    const double outer = horizon_radius(hole), inner = 2 * hole.mass - outer, difference = outer - inner;
+    if (difference > 1e-12 * outer)
+        return 4 * hole.mass / difference * (outer * std::log(r - outer) - inner * std::log(r - inner));
+    return 4 * hole.mass * (std::log(r - outer) - hole.mass / (r - outer));
+}
+/// Convert the integrals along a ray (kernels/trace/path_integrals.h) between the charts at the radius r. `pt` is p_t in
+/// either chart. For a null ray, p·dq = −p_t dt, so that the action shifts with the time. The time of the kernel's state
+/// in ingoing coordinates is −t_in.
+inline void integrals_to_ingoing(const Hole& hole, double r, double pt, double& action, double& time) {
+    const double shift = time_shift(hole, r);
+    action -= pt * shift;
+    time = -(time + shift);
+}
+inline void integrals_to_outgoing(const Hole& hole, double r, double pt, double& action, double& time) {
+    const double shift = time_shift(hole, r);
+    action += pt * shift;
+    time = -time - shift;
+}
+
 }  // namespace kagero::charts

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/events/chart_sphere.h"
+#include "kernels/trace/path_recorder.h"
 #include "kernels/trace/ray_loader.h"
 
 namespace kagero {
@@ -10,11 +11,13 @@ namespace kagero {
 /// next steps have to be started.
 template <class V, class Events>
 std::uint64_t correct_charts(const Task<V>& task, Packet<V>& packet, RayLoader<V, Events>& loader,
-                             std::uint64_t lanes) {
+                             PathRecorder<V>& recorder, std::uint64_t lanes) {
     StepperState<V>& state = packet.state;
     const std::uint64_t wrong = lanes_in_wrong_chart(task, state, lanes & packet.active);
     if (!wrong) return 0;
     RayState<V> start = state.start;
+    recorder.change_chart(task.job.hole, start, wrong & state.ingoing, true, true);
+    recorder.change_chart(task.job.hole, start, wrong & ~state.ingoing, false, false);
     change_chart(task.job.hole, start, wrong & state.ingoing, true);
     change_chart(task.job.hole, start, wrong & ~state.ingoing, false);
     state.ingoing ^= wrong;

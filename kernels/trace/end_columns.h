@@ -8,8 +8,8 @@
 #include "kernels/simd/lane_memory.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
+#include <cstring>
 
 namespace kagero {
 
@@ -21,7 +21,8 @@ class EndColumns {
 public:
     /// Initializes the 32-bit words with those of `common`. All columns of doubles must be set before `write`.
     KAGERO_INLINE explicit EndColumns(const RayEnd& common) {
-        const Row row = std::bit_cast<Row>(common);
+        Row row;
+        std::memcpy(&row, &common, sizeof row);
         for (int k = 0; k < word_count; ++k) std::fill_n(words_[k], W, row.words[k]);
     }
     /// Sets one column of doubles, or three consecutive columns.
@@ -69,19 +70,20 @@ public:
                 Row row;
                 for (int k = 0; k < number_count; ++k) row.numbers[k] = numbers_[k][i];
                 for (int k = 0; k < word_count; ++k) row.words[k] = words_[k][i];
-                *ends[i] = std::bit_cast<RayEnd>(row);
+                std::memcpy(static_cast<void*>(ends[i]), &row, sizeof row);
             }
         }
     }
 
 private:
     static constexpr int number_count = 12, word_count = 8;
-    /// RayEnd as arrays: its doubles, followed by its 32-bit words.
+    /// The first part of RayEnd as arrays: its doubles, followed by its 32-bit words. The integrals follow; they are
+    /// written only where they are requested (RayEndWriter).
     struct Row {
         double numbers[number_count];
         std::uint32_t words[word_count];
     };
-    static_assert(sizeof(Row) == sizeof(RayEnd) && offsetof(RayEnd, q) == 0 &&
+    static_assert(sizeof(Row) == offsetof(RayEnd, action) && offsetof(RayEnd, q) == 0 &&
                   offsetof(RayEnd, steps) == offsetof(Row, words));
     /// Returns the index of the word at this offset of RayEnd.
     static constexpr std::size_t word_index(std::size_t offset) {

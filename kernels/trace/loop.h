@@ -11,6 +11,7 @@
 #include "kernels/events/kinks.h"
 #include "kernels/trace/chart_correction.h"
 #include "kernels/trace/escaping_rays.h"
+#include "kernels/trace/path_recorder.h"
 #include "kernels/trace/ray_end_writer.h"
 #include "kernels/trace/ray_loader.h"
 #include "kernels/trace/step_control.h"
@@ -40,7 +41,8 @@ TraceAlgorithm trace_algorithm_of(const Task<V>& task) {
     const bool meets_no_surface =
         Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit,
                                     Discontinuity>(task);
-    return meets_no_surface && task.can_integrate_to_escape() ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
+    const bool to_escape = meets_no_surface && task.can_integrate_to_escape() && !(task.job.outputs & output_integrals);
+    return to_escape ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
 }
 
 /// Traces the rays of one packet. The caller calls `start`, then `step` while `prepare_step` returns true, then
@@ -54,7 +56,7 @@ public:
     PacketTracer(const Task<V>& task, Counters& counters)
         : task_(task), counters_(counters), algorithm_(trace_algorithm_of<Events>(task)),
           writer_(task, packet_, counters), loader_(task, packet_, writer_), control_(task, packet_, writer_),
-          detector_(task), discontinuity_(task), kinks_(task) {
+          detector_(task), discontinuity_(task), kinks_(task), recorder_(task, packet_, writer_) {
         writer_.set_scene(detector_.scene());
     }
 
@@ -122,6 +124,7 @@ private:
     DiscontinuitySearch<V> discontinuity_;
     KinkSearch<V> kinks_;
     std::optional<EventRefiner<V, Events>> refiner_;  ///< Exists only if a ray of the packet takes steps.
+    PathRecorder<V> recorder_;
 };
 
 // --- Start of rays ---
@@ -136,9 +139,11 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     else loader_.load_first(starts, lanes);
     control_.begin(lanes);
     detector_.begin(lanes);
+    if (recorder_.records) recorder_.begin(lanes);
+    recorder_.change_chart(task_.job.hole, packet_.state.start, lanes & packet_.state.ingoing, false, true);
     loader_.activate(starts, lanes);
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
-    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, lanes));
+    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, recorder_, lanes));
 }
 
 /// Prepares the first steps of the rays in `lanes`: sets their lengths, and records which rays move outward.
@@ -152,7 +157,7 @@ void PacketTracer<V, Events>::start_steps(std::uint64_t lanes) {
 /// Ends the straight rays of the packet in closed form.
 template <class V, class Events>
 void PacketTracer<V, Events>::end_straight() {
-    end_straight_rays(task_, packet_, detector_.scene(), writer_, counters_);
+    end_straight_rays(task_, packet_, detector_.scene(), writer_, recorder_.integrals, counters_);
     if (packet_.active) start_steps(packet_.filled);
 }
 
@@ -188,13 +193,14 @@ void PacketTracer<V, Events>::advance() {
         moving &= ~found.too_curved;
     }
     packet_.count_step(moving);
+    if (recorder_.records) recorder_.add_step(moving & ~found.within);
 
     const std::uint64_t continuing = moving & ~found.stopped();  // write
     if (found.at_end) end_at_step_end(found);
     if (task_.job.path_sink) writer_.report_path(state, continuing, false);
 
     next(moving, continuing);                                    // next
-    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, continuing));
+    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, recorder_, continuing));
 }
 
 /// Schedules the repetition of steps that cross a discontinuity, so that they end on it. Returns their lanes.
@@ -285,6 +291,7 @@ void PacketTracer<V, Events>::refine_once(bool find_earlier) {
     const std::uint64_t ended = deferred.lanes & ~(repeated | with_earlier | resumed);
     if (packet_.state.options.compute_energy_error)
         packet_.record_energy_error(deferred.step.energy_error, from_bits<V>(ended));
+    if (recorder_.records) recorder_.add_part(refiner.whole_step, deferred, refined);
     writer_.end_rays(deferred.step, failed & ~repeated, Status::failed, Failure::not_refined);
     end_refined(ended & ~failed);
     writer_.write_iterations(ended, packet_.iterations_of_ray);
@@ -317,8 +324,11 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
     Events::each([&]<class Event>() {
         if constexpr (Event::effect == Effect::resume) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
+                if constexpr (requires { Event::changes_chart; }) {
+                    recorder_.change_chart(task_.job.hole, state_at_event, of_event, true, true);
+                    packet_.state.ingoing &= ~of_event;
+                }
                 Event::resume(task_, state_at_event, of_event);
-                if constexpr (requires { Event::changes_chart; }) packet_.state.ingoing ^= of_event;
             }
         }
     });

@@ -9,6 +9,37 @@
 
 namespace kagero {
 
+/// The integrals along the rays of a packet, RayEnd::action and RayEnd::time. The rounding errors of the sums are kept,
+/// so that many short steps lose no accuracy (Kahan 1965).
+template <class V>
+struct PathSums {
+    V sum[2], rounding[2];
+
+    /// Sets the sums of `lanes` to zero.
+    void clear(const MaskOf<V>& lanes) {
+        for (V* values : {sum, rounding})
+            for (int k = 0; k < 2; ++k) values[k] = select(lanes, V(ScalarOf<V>(0)), values[k]);
+    }
+    /// Adds the numbers `increment` in the given lanes.
+    void add(const V (&increment)[2], const MaskOf<V>& lanes) {
+        for (int k = 0; k < 2; ++k) {
+            const V corrected = increment[k] + rounding[k], total = sum[k] + corrected;
+            rounding[k] = select(lanes, corrected - (total - sum[k]), rounding[k]);
+            sum[k] = select(lanes, total, sum[k]);
+        }
+    }
+    /// Sets the action (k = 0) or the time (k = 1) of one lane.
+    void set_in_lane(int k, int lane, double value) {
+        using S = ScalarOf<V>;
+        set_lane(sum[k], lane, S(value));
+        set_lane(rounding[k], lane, S(value - double(S(value))));
+    }
+    /// Returns the action (k = 0) or the time (k = 1) of one lane.
+    double of_lane(int k, int lane) const {
+        return double(get_lane(sum[k], lane)) + double(get_lane(rounding[k], lane));
+    }
+};
+
 /// The rays of one packet.
 template <class V>
 struct Packet {
@@ -26,6 +57,7 @@ struct Packet {
     std::uint64_t filled = 0;      ///< Lanes that have, or have had, a ray.
     RayEnd* ends[W];               ///< Destinations of the ray ends.
     std::uint64_t ray_indices[W];  ///< Indices of the rays in their list or picture; set only for lists and paths.
+    PathSums<V> integrals;         ///< Set only if the job requests integrals along rays.
 
     /// Copies the state of an active lane into `lanes`, which are inactive and take steps of length zero.
     void neutralize_lanes(std::uint64_t lanes) {

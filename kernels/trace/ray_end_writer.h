@@ -64,7 +64,7 @@ public:
             e.v[k] = y(momentum(k)) * inverse;
         }
         e.pt = y(component_pt);
-        e.parameter = e.energy_error = 0;
+        e.parameter = e.energy_error = e.action = e.time = 0;
     }
     /// Sets the surfaces and primitives of the hits that are written next.
     void set_surfaces(const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) {
@@ -96,13 +96,21 @@ public:
         const float occupancy = occupancy_so_far();
         for (const int i : lanes_in(lanes)) packet_.ends[i]->occupancy = occupancy;
     }
-    /// Reports the start of `step` (if `at_start`) or its end as the next point of the paths of `lanes`.
+    /// Reports the start of `step` (if `at_start`) or its end as the next point of the paths of `lanes`. With
+    /// Job::path_interval, only the start is reported; PathRecorder reports the other points.
     void report_path(const StepperState<V>& step, std::uint64_t lanes, bool at_start) {
-        const RayState<V>& state = at_start ? step.start : step.end;
+        if (job_.path_interval > 0 && !at_start) return;
+        const auto number_of = [&](int i) { return std::uint32_t(at_start ? 0 : get_lane(packet_.steps, i)); };
+        report_points(step, at_start ? step.start : step.end, packet_.integrals, lanes, number_of);
+    }
+    /// Reports the points `state` of the paths of `lanes`. number_of(i) returns PathPoint::step of lane i.
+    template <class NumberOf>
+    void report_points(const StepperState<V>& step, const RayState<V>& state, const PathSums<V>& integrals,
+                       std::uint64_t lanes, const NumberOf& number_of) {
         for (const int i : lanes_in(lanes)) {
             PathPoint point{};
             point.ray = packet_.ray_indices[i];
-            point.step = at_start ? 0 : static_cast<std::uint32_t>(get_lane(packet_.steps, i));
+            point.step = number_of(i);
             point.parameter = double(get_lane(state.parameter, i));
             for (int k = 0; k < space_size; ++k) {
                 point.q[k] = double(get_lane(state.y[k], i));
@@ -115,6 +123,10 @@ public:
             point.v[2] = v.z * inverse;
             point.pt = double(get_lane(step.start.pt(), i));
             point.energy = double(get_lane(step.energy, i));
+            if (job_.outputs & output_integrals) {
+                point.action = integrals.of_lane(0, i);
+                point.time = integrals.of_lane(1, i);
+            }
             if ((packet_.state.ingoing >> i) & 1) to_scene_chart(point);
             job_.path_sink(job_.path_user, &point);
         }
@@ -145,6 +157,7 @@ private:
             ends.set_words(offsetof(RayEnd, primitive), *primitive_);
         }
         ends.write(lanes, packet_.ends);
+        if (job_.outputs & output_integrals) write_integrals(lanes);
         for (const int i : lanes_in(lanes & packet_.state.ingoing)) to_scene_chart(*packet_.ends[i]);
         counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
         if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.lane_iterations);
@@ -160,11 +173,20 @@ private:
         std::copy_n(point.p, space_size, state.p);
         std::copy_n(point.v, space_size, state.v);
         state.pt = point.pt;
+        charts::integrals_to_outgoing(job_.hole, charts::radius(job_.hole, state.q), -state.pt, point.action,
+                                      point.time);
         charts::to_scene(job_.hole, state);
         std::copy_n(state.q, space_size, point.q);
         std::copy_n(state.p, space_size, point.p);
         std::copy_n(state.v, space_size, point.v);
         point.pt = state.pt;
+    }
+    /// Writes the integrals along the rays of `lanes`.
+    __attribute__((noinline)) void write_integrals(std::uint64_t lanes) {
+        for (const int i : lanes_in(lanes)) {
+            packet_.ends[i]->action = packet_.integrals.of_lane(0, i);
+            packet_.ends[i]->time = packet_.integrals.of_lane(1, i);
+        }
     }
     /// Returns unit vectors along v. The square of v may overflow, so v is scaled first.
     static Vec3<V> direction_of(const Vec3<V>& v) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/events/event_detector.h"
+#include "kernels/trace/path_integrals.h"
 #include "kernels/trace/ray_end_writer.h"
 #include "kernels/trace/step_length.h"
 
@@ -14,7 +15,7 @@ namespace kagero {
 /// outside the sphere and pass it, or their state is not finite. `scene` is null if the scene has no surfaces.
 template <class V>
 void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<V>* scene, RayEndWriter<V>& writer,
-                       Counters& counters) {
+                       const PathIntegrals<V>& integrals, Counters& counters) {
     using S = ScalarOf<V>;
     StepperState<V>& state = packet.state;
     const V exit_length = straight_exit_length(task, state.start);
@@ -34,6 +35,10 @@ void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<
     state.end.set(advance(from, fraction, to - from), state.start.p());
     state.end.velocity = v;
     state.end.parameter = fraction * exit_length;
+    if (integrals.requested) {
+        state.h = state.end.parameter;
+        integrals.add_step(state, from_bits<V>(leaving), packet.integrals);
+    }
     packet.steps = select(from_bits<V>(leaving), V(S(1)), packet.steps);
     counters.issued_lane_steps += Packet<V>::W;
     counters.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(leaving));

@@ -22,8 +22,8 @@ struct Arguments {
     std::vector<std::string> overrides, cases;
     std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, tolerance, size, spp, seed, layers, crop, pixel, lanes;
-    std::string rays = "-", observer, parameter, repeat, sample, methods, equal_error, rounds, schedule = "auto",
-                time_limit;
+    std::string rays = "-", observer, parameter, columns, every;
+    std::string repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
     bool several_isas = false;  ///< True if the verb accepts several names in --isa, or "all".

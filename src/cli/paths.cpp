@@ -48,14 +48,14 @@ void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const
     constexpr std::size_t batch_size = 4096;  // rays
     RaysWithoutPath without_path;
     write_output(output, [&](std::ostream& out) {
-        write_path_header(out);
+        write_path_header(out, plan);
         for (std::size_t first = 0; first < starts.size() && !*control.stop; first += batch_size) {
             const auto begin = starts.begin() + std::ptrdiff_t(first),
                        end = starts.begin() + std::ptrdiff_t(std::min(first + batch_size, starts.size()));
             std::vector<RayEnd> ends;
             auto points = trace_paths(plan, {begin, end}, ends, control);
             for (PathPoint& point : points) point.ray += first;
-            write_paths(out, points);
+            write_paths(out, plan, points);
             without_path.count(first, ends, points);
         }
     });

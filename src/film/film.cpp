@@ -65,6 +65,12 @@ const std::vector<LayerInfo>& all_layers() {
          "angle"},
         {"object", number_channel, Scale::linear,
          "number of the object that the first ray hits, in the order of the scene file, from 1; 0 without a hit"},
+        {"action", number_channel, Scale::linear,
+         "integral of p . dq from the camera to the end of the ray, in scene units: the optical path length in a "
+         "medium; mean"},
+        {"time", number_channel, Scale::linear,
+         "integral of dH/dpt over lambda from the camera to the end of the ray, in scene units: the coordinate time in "
+         "a spacetime, with the sign of the followed ray; mean"},
     };
     return layers;
 }

@@ -138,6 +138,12 @@ double object_of(const Pixel& pixel) {
     return end.status == Status::hit ? end.surface + 1 : 0;
 }
 
+/// Returns the mean of a length over the rays of a pixel, in scene units.
+template <class Length>
+float scene_length(const Pixel& pixel, const Length& length_of) {
+    return mean(pixel.rays, [&](const RayEnd& end) { return pixel.plan.scene->unit * length_of(end); });
+}
+
 /// The function that computes a layer. `layer` is a name in the table of src/film/film.cpp.
 struct LayerWriter {
     const char* layer;
@@ -161,6 +167,10 @@ constexpr LayerWriter layer_writers[] = {
     {"depth", need_start, [](const Pixel& p, float* out) { *out = float(depth_of(p.plan, p.rays.front())); }},
     {"redshift", need_start, [](const Pixel& p, float* out) { *out = float(redshift_of(p.plan, p.rays.front())); }},
     {"object", 0, [](const Pixel& p, float* out) { *out = float(object_of(p)); }},
+    {"action", need_action,
+     [](const Pixel& p, float* out) { *out = scene_length(p, [](const RayEnd& end) { return end.action; }); }},
+    {"time", need_time,
+     [](const Pixel& p, float* out) { *out = scene_length(p, [](const RayEnd& end) { return end.time; }); }},
     {"footprint", need_footprint, [](const Pixel& p, float* out) { *out = float(length(sky_footprint(p).major)); }},
     {"magnification", need_footprint, [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
 };

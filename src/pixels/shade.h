@@ -16,7 +16,9 @@ enum Need : unsigned {
     need_footprint = 2,       ///< Pixel::filters.
     need_energy_error = 4,    ///< RayEnd::energy_error.
     need_position_error = 8,  ///< EndError::position.
-    need_rounding_error = 16  ///< EndError::rounding.
+    need_rounding_error = 16, ///< EndError::rounding.
+    need_action = 32,         ///< RayEnd::action.
+    need_time = 64            ///< RayEnd::time.
 };
 inline constexpr unsigned need_any_error = need_energy_error | need_position_error | need_rounding_error;
 

@@ -31,6 +31,8 @@ struct Options {
     std::optional<ObserverKind> observer;
     bool energy_error = false;  ///< True: the energy error is measured along every ray.
     bool parameter = false;     ///< True: λ is computed at the ends of a ray list.
+    bool action = false;        ///< True: the action is computed along the rays of a list.
+    bool time = false;          ///< True: the time is computed along the rays of a list.
 };
 
 }  // namespace kagero

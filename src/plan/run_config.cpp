@@ -92,6 +92,29 @@ RunConfig with_scales_of_formula(const Scene& scene, RunConfig run) {
     return run;
 }
 
+/// Returns true if H depends on p_t.
+bool depends_on_pt(const Scene& scene) {
+    const auto& formula = scene.description.space.formula;
+    if (!formula) return scene.space.info().spacetime;
+    constexpr int pt_bit = formula_variables.size() - 1;
+    return (formula->scope.variables[static_cast<std::size_t>(formula->parsed.energy)] >> pt_bit & 1) != 0;
+}
+
+/// Returns the OutputBits of the options. Throws InputError if a column or a layer of the film needs the time, but H
+/// does not depend on p_t.
+std::uint32_t outputs_of(const Scene& scene, const Options& options, Purpose purpose) {
+    const std::vector<std::string>& layers = scene.description.film.layers;
+    const bool has_time_layer =
+        purpose == Purpose::picture && std::find(layers.begin(), layers.end(), "time") != layers.end();
+    if ((options.time || has_time_layer) && !depends_on_pt(scene))
+        throw InputError(std::string(options.time ? "--columns" : "film.layers") +
+                         ": \"time\" is the integral of dH/dpt along the ray, but the H of " +
+                         scene.space.info().name +
+                         " does not depend on pt; leave it out (in a medium, \"action\" is the optical path length)");
+    return (options.energy_error ? output_energy : 0u) | (options.parameter ? output_parameter : 0u) |
+           (options.action ? output_action : 0u) | (options.time ? output_time : 0u);
+}
+
 /// Returns the greatest permitted distance of a chord from the dense output, in Scene::unit: a fiftieth of a pixel at a
 /// distance of half the scene's size, but at most 1e-5 of that size. The second bound applies to pictures with few
 /// pixels. It also keeps hits accurate where the space magnifies, so that a pixel shows a smaller region.
@@ -136,7 +159,7 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     run.hit = stated.hit;
     run.chord_tolerance = chord_tolerance(scene, purpose);
     run.refill = stated.refill;
-    run.outputs = (options.energy_error ? output_energy : 0u) | (options.parameter ? output_parameter : 0u);
+    run.outputs = outputs_of(scene, options, purpose);
     run.kernel_request = make_kernel_request(scene, options);
     KernelRequest request = run.kernel_request;  // Without a request, only trial rays choose float.
     request.precision = run.kernel_request.precision.value_or(Precision::float64);
@@ -176,6 +199,7 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.hole = scene.space.hole();
     job.chart_radius = changes_charts_on_the_way(scene, view) ? scene.limits.chart_radius : 0;
     job.parameter_limit = run.parameter_limit;
+    job.path_interval = run.path_interval;
     job.use_symmetry = run.use_symmetry;
     job.hit = run.hit;
     job.chord_tolerance = run.chord_tolerance;

@@ -30,6 +30,8 @@ struct RunConfig {
     bool scanlines = false;  ///< True: a packet of camera rays covers adjacent pixels of one row, not a block.
     /// λ at which every ray of a ray list ends, in the unit of the scene file.
     double parameter_limit = std::numeric_limits<double>::infinity();
+    /// Interval of λ at which points of paths are reported, in the unit of the scene file; 0: they follow every step.
+    double path_interval = 0;
     std::uint32_t outputs = 0;     ///< OutputBits.
     KernelRequest kernel_request;  ///< Conditions on `kernel` that scene and options state.
     const KernelInfo* kernel = nullptr;

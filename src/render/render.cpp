@@ -42,6 +42,8 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
     Job job = plan.job();
     const unsigned needs = needs_of(film);
     if (needs & need_energy_error) job.outputs |= output_energy;
+    if (needs & need_action) job.outputs |= output_action;
+    if (needs & need_time) job.outputs |= output_time;
     TileRays rays;
     if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
     const bool needs_errors = needs & (need_position_error | need_rounding_error);

@@ -26,13 +26,13 @@ WorkList split_into_chunks(std::size_t rays) {
     return work;
 }
 
-/// Converts positions and λ to the coordinates and the unit of length of the scene file. `Point` is RayEnd or
-/// PathPoint.
+/// Converts positions, λ and the integrals to the coordinates and the unit of length of the scene file. `Point` is
+/// RayEnd or PathPoint.
 template <class Point>
 void to_scene_coordinates(const Plan& plan, Point& point) {
     for (std::size_t k = 0; k < 3; ++k)
         point.q[k] = (point.q[k] + plan.description().space.center[k]) * plan.scene->unit;
-    point.parameter *= plan.scene->unit;
+    for (double* length : {&point.parameter, &point.action, &point.time}) *length *= plan.scene->unit;
 }
 
 /// Replaces the momentum of a ray that started inside the horizon of a black hole by that of the time-reversed ingoing
@@ -108,6 +108,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     job.camera = nullptr;
     job.rays = starts.data();
     job.parameter_limit /= plan.scene->unit;
+    job.path_interval /= plan.scene->unit;
     // A float kernel ends rays where λ equals the limit rounded to float. Their ends get the exact limit.
     const bool rounds_limit = plan.run.kernel->precision == Precision::float32 && std::isfinite(job.parameter_limit);
     const auto begin = std::chrono::steady_clock::now();

@@ -48,6 +48,13 @@ Json timing_json(const std::vector<RunReport>& runs) {
     return {{"median", timing.median}, {"min", timing.min}, {"max", timing.max}};
 }
 
+/// Returns one number of every ray end, in the order of the rays.
+Json integrals_of_ends(const std::vector<RayEnd>& ends, double RayEnd::*number) {
+    Json numbers = Json::array();
+    for (const RayEnd& end : ends) numbers.push_back(end.*number);
+    return numbers;
+}
+
 }  // namespace
 
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
@@ -97,7 +104,8 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     return text_of(json);
 }
 
-std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<Warning>& warnings) {
+std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<RayEnd>& ends,
+                       const std::vector<Warning>& warnings) {
     const RunReport& last = runs.back();
     const double rays = static_cast<double>(last.rays);
     Json json;
@@ -111,6 +119,8 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, con
     json["status"] = status_json(last);
     json["iteration_occupancy"] = occupancy_json(last.counters.active_iterations, last.counters.issued_iterations);
     json["repetitions"] = runs.size();
+    if (plan.run.outputs & output_action) json["action"] = integrals_of_ends(ends, &RayEnd::action);
+    if (plan.run.outputs & output_time) json["time"] = integrals_of_ends(ends, &RayEnd::time);
     json["warnings"] = warnings_json(warnings);
     return text_of(json);
 }

@@ -14,8 +14,10 @@ namespace kagero {
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
                         const std::vector<Warning>& warnings);
 
-/// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run.
-std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<Warning>& warnings);
+/// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run. `ends`
+/// contains the ends of the rays; their integrals are written if the plan requests them.
+std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<RayEnd>& ends,
+                       const std::vector<Warning>& warnings);
 
 /// Returns the `kagero/*` attributes of the picture file. They are equal for all runs with the same scene, options and
 /// instruction set.

@@ -32,6 +32,15 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_option(app, "-o,--output", arguments.output,
                "File for the CSV of results; '-' is stdout. Default: -, or no CSV if --json writes to stdout", "FILE");
     add_flag(app, "--path", arguments.path, "Write every step of every ray instead of its end. Excludes --json");
+    add_option(app, "--every", arguments.every,
+               "With --path, write the points at the multiples of L of λ instead of the steps. Each point is computed "
+               "by a part of a step of the method. Default: every step",
+               "L");
+    add_option(app, "--columns", arguments.columns,
+               "Integrals along the ray, separated by commas: action, time. Each adds a column to the CSV and an array "
+               "to the JSON. action is the integral of p·dq, time the integral of ∂H/∂pt dλ; both belong to H itself. "
+               "Default: none",
+               "A,B");
     add_option(app, "--observer", arguments.observer,
                "Observer in whose rest frame directions are given: static, zamo, falling or coordinate. Default: none; "
                "directions are dq/dλ in scene coordinates",
@@ -86,12 +95,22 @@ SceneDescription scene_with_parameter(Arguments arguments, const Options& option
     return general_path_scene_of(arguments, options);
 }
 
+/// Sets the options for the integrals of --columns. Throws InputError for other names.
+void request_columns(const Arguments& arguments, Options& options) {
+    if (arguments.columns.empty()) return;
+    for (const std::string& column : split(arguments.columns, ',')) {
+        require_one_of("--columns", column, {"action", "time"});
+        (column == "action" ? options.action : options.time) = true;
+    }
+}
+
 /// Returns the plan for the CSV, whose columns include the error of H and λ, or for the timed runs of the JSON report.
 /// Prints the remarks of the plan as warnings, only once if both CSV and JSON are written.
 Plan plan_of(const Request& request, bool for_csv) {
     SceneDescription scene = request.scene;
     Options options = request.options;
     options.energy_error = options.parameter = for_csv;
+    request_columns(request.arguments, options);
     options.observer = observer_of(request.arguments);
     const std::string& limit = request.arguments.parameter;
     if (!limit.empty()) {
@@ -108,6 +127,7 @@ Plan plan_of(const Request& request, bool for_csv) {
             "--parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
             std::string(plan.method().name) + "\" steps in the orbit angle; choose a method other than orbit-*");
     if (!limit.empty()) plan.run.parameter_limit = finite_number("--parameter", limit);
+    if (!request.arguments.every.empty()) plan.run.path_interval = finite_number("--every", request.arguments.every);
     return plan;
 }
 
@@ -144,7 +164,7 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
         if (!report.interrupted) runs.push_back(std::move(report));
     }
     if (!runs.empty())
-        write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs, warnings); });
+        write_output(request.arguments.json, [&](std::ostream& out) { out << trace_json(plan, runs, ends, warnings); });
     return runs.size();
 }
 
@@ -154,6 +174,11 @@ void check_combination(const Arguments& arguments) {
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
         throw InputError("--parameter: " + arguments.parameter +
                          " is not greater than 0, the value at the start of a ray");
+    if (!arguments.every.empty()) {
+        if (!arguments.path) throw InputError("--every has an effect only on the points of --path; add --path");
+        if (!(finite_number("--every", arguments.every) > 0))
+            throw InputError("--every: " + arguments.every + " is not greater than 0");
+    }
     if (arguments.path && !arguments.json.empty())
         throw InputError("--path and --json exclude each other: the JSON reports on ray ends; use one of the two");
     if (!arguments.repeat.empty() && arguments.json.empty())

@@ -45,6 +45,19 @@ std::string reason_of(const Plan& plan, const RayEnd& end) {
     return "the ray reached the value of --parameter";
 }
 
+/// Returns the header of the columns that are written only if they are requested, each after a comma.
+std::string header_of_integrals(const Plan& plan) {
+    return std::string(plan.run.outputs & output_action ? ",action" : "") +
+           (plan.run.outputs & output_time ? ",time" : "");
+}
+
+/// Appends the columns of header_of_integrals. `Point` is RayEnd or PathPoint.
+template <class Point>
+void append_integrals(std::string& row, const Plan& plan, const Point& point) {
+    if (plan.run.outputs & output_action) append_number(row, point.action);
+    if (plan.run.outputs & output_time) append_number(row, point.time);
+}
+
 void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {
     row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
     append_vector(row, end.q);
@@ -54,10 +67,12 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
     append_number(row, end.parameter);
     row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
     append_number(row, end.energy_error);
-    row += ',' + csv_text(reason_of(plan, end)) + '\n';
+    row += ',' + csv_text(reason_of(plan, end));
+    append_integrals(row, plan, end);
+    row += '\n';
 }
 
-void append_point(std::string& row, const PathPoint& point) {
+void append_point(std::string& row, const Plan& plan, const PathPoint& point) {
     row += std::to_string(point.ray) + ',' + std::to_string(point.step);
     append_number(row, point.parameter);
     append_vector(row, point.q);
@@ -65,6 +80,7 @@ void append_point(std::string& row, const PathPoint& point) {
     append_vector(row, point.p);
     append_number(row, point.pt);
     append_number(row, point.energy);
+    append_integrals(row, plan, point);
     row += '\n';
 }
 
@@ -76,7 +92,8 @@ void flush(std::ostream& out, std::string& rows) {
 }  // namespace
 
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends) {
-    std::string rows = "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason\n";
+    std::string rows = "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason" +
+                       header_of_integrals(plan) + '\n';
     for (std::size_t i = 0; i < ends.size(); ++i) {
         append_end(rows, plan, i, ends[i]);
         if (rows.size() > flush_size) flush(out, rows);
@@ -84,12 +101,14 @@ void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& 
     flush(out, rows);
 }
 
-void write_path_header(std::ostream& out) { out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy\n"; }
+void write_path_header(std::ostream& out, const Plan& plan) {
+    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy" << header_of_integrals(plan) << '\n';
+}
 
-void write_paths(std::ostream& out, const std::vector<PathPoint>& points) {
+void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points) {
     std::string rows;
     for (const PathPoint& point : points) {
-        append_point(rows, point);
+        append_point(rows, plan, point);
         if (rows.size() > flush_size) flush(out, rows);
     }
     flush(out, rows);

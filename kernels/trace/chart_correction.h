@@ -16,8 +16,8 @@ std::uint64_t correct_charts(const Task<V>& task, Packet<V>& packet, RayLoader<V
     const std::uint64_t wrong = lanes_in_wrong_chart(task, state, lanes & packet.active);
     if (!wrong) return 0;
     RayState<V> start = state.start;
-    recorder.change_chart(task.job.hole, start, wrong & state.ingoing, true, true);
-    recorder.change_chart(task.job.hole, start, wrong & ~state.ingoing, false, false);
+    recorder.change_chart(start, wrong & state.ingoing, true, true);
+    recorder.change_chart(start, wrong & ~state.ingoing, false, false);
     change_chart(task.job.hole, start, wrong & state.ingoing, true);
     change_chart(task.job.hole, start, wrong & ~state.ingoing, false);
     state.ingoing ^= wrong;

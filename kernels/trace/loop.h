@@ -140,7 +140,6 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     control_.begin(lanes);
     detector_.begin(lanes);
     if (recorder_.records) recorder_.begin(lanes);
-    recorder_.change_chart(task_.job.hole, packet_.state.start, lanes & packet_.state.ingoing, false, true);
     loader_.activate(starts, lanes);
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
     if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, recorder_, lanes));
@@ -325,7 +324,7 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
         if constexpr (Event::effect == Effect::resume) {
             if (const std::uint64_t of_event = lanes & deferred.lanes_of.template of<Event>()) {
                 if constexpr (requires { Event::changes_chart; }) {
-                    recorder_.change_chart(task_.job.hole, state_at_event, of_event, true, true);
+                    recorder_.change_chart(state_at_event, of_event, true, true);
                     packet_.state.ingoing &= ~of_event;
                 }
                 Event::resume(task_, state_at_event, of_event);

@@ -55,6 +55,7 @@ struct Packet {
     V iterations_of_ray;
     std::uint64_t active = 0;      ///< Lanes whose rays take steps.
     std::uint64_t filled = 0;      ///< Lanes that have, or have had, a ray.
+    std::uint64_t from_inside = 0; ///< Lanes whose rays started inside the horizon of a black hole.
     RayEnd* ends[W];               ///< Destinations of the ray ends.
     std::uint64_t ray_indices[W];  ///< Indices of the rays in their list or picture; set only for lists and paths.
     PathSums<V> integrals;         ///< Set only if the job requests integrals along rays.

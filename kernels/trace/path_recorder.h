@@ -18,7 +18,7 @@ class PathRecorder {
 public:
     PathRecorder(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer)
         : integrals(task), records(integrals.requested || has_interval(task.job)), interval_(task.job.path_interval),
-          reports_(has_interval(task.job)), packet_(packet), writer_(writer) {}
+          reports_(has_interval(task.job)), task_(task), packet_(packet), writer_(writer) {}
 
     const PathIntegrals<V> integrals;
     const bool records;  ///< False if the job requests nothing that this class records.
@@ -28,6 +28,13 @@ public:
         if (integrals.requested) packet_.integrals.clear(from_bits<V>(lanes));
         if (reports_)
             for (const int i : lanes_in(lanes)) next_[i] = 1;
+        const Hole& hole = task_.job.hole;
+        const std::uint64_t ingoing = lanes & packet_.state.ingoing;
+        packet_.from_inside &= ~lanes;
+        for (const int i : lanes_in(ingoing))
+            if (charts::is_inside(hole, chart_state(packet_.state.start, i).q))
+                packet_.from_inside |= std::uint64_t(1) << i;
+        change_chart(packet_.state.start, ingoing & ~packet_.from_inside, false, true);
     }
     /// Records the whole step of the packet in `lanes`.
     __attribute__((noinline)) void add_step(std::uint64_t lanes) {
@@ -50,9 +57,9 @@ public:
     }
 
     /// Converts the integrals of `lanes` to the other chart, at the states at which the rays change their chart.
-    void change_chart(const Hole& hole, const RayState<V>& states, std::uint64_t lanes, bool from_ingoing,
-                      bool states_are_ingoing) {
+    void change_chart(const RayState<V>& states, std::uint64_t lanes, bool from_ingoing, bool states_are_ingoing) {
         if (!integrals.requested) return;
+        const Hole& hole = task_.job.hole;
         for (const int i : lanes_in(lanes)) {
             const charts::State state = chart_state(states, i);
             const double r = charts::radius(hole, state.q), pt = states_are_ingoing ? -state.pt : state.pt;
@@ -111,6 +118,7 @@ private:
 
     const double interval_;
     const bool reports_;  ///< Points at multiples of `interval_` are reported.
+    const Task<V>& task_;
     Packet<V>& packet_;
     RayEndWriter<V>& writer_;
     std::uint32_t next_[W];  ///< For each lane, the number of the next point.

@@ -127,7 +127,8 @@ public:
                 point.action = integrals.of_lane(0, i);
                 point.time = integrals.of_lane(1, i);
             }
-            if ((packet_.state.ingoing >> i) & 1) to_scene_chart(point);
+            if ((packet_.state.ingoing >> i) & 1) to_scene_chart(point, i);
+            if ((packet_.from_inside >> i) & 1) keep_ingoing_integrals(point, i);
             job_.path_sink(job_.path_user, &point);
         }
     }
@@ -158,7 +159,8 @@ private:
         }
         ends.write(lanes, packet_.ends);
         if (job_.outputs & output_integrals) write_integrals(lanes);
-        for (const int i : lanes_in(lanes & packet_.state.ingoing)) to_scene_chart(*packet_.ends[i]);
+        for (const int i : lanes_in(lanes & packet_.state.ingoing)) to_scene_chart(*packet_.ends[i], i);
+        for (const int i : lanes_in(lanes & packet_.from_inside)) keep_ingoing_integrals(*packet_.ends[i], i);
         counters_.ended[static_cast<int>(status)] += static_cast<std::uint64_t>(__builtin_popcountll(lanes));
         if (packet_.state.issued_iterations > 0) write_iterations(lanes, packet_.state.lane_iterations);
         // The end of a failed ray is the end of its last accepted step, which has been reported already.
@@ -167,19 +169,28 @@ private:
     }
     /// Converts a ray end or a point of a path from the kernel's ingoing coordinates to the coordinates of the scene.
     template <class Point>
-    void to_scene_chart(Point& point) const {
+    void to_scene_chart(Point& point, int lane) const {
         charts::State state;
         std::copy_n(point.q, space_size, state.q);
         std::copy_n(point.p, space_size, state.p);
         std::copy_n(point.v, space_size, state.v);
         state.pt = point.pt;
-        charts::integrals_to_outgoing(job_.hole, charts::radius(job_.hole, state.q), -state.pt, point.action,
-                                      point.time);
+        if ((job_.outputs & output_integrals) && !((packet_.from_inside >> lane) & 1))
+            charts::integrals_to_outgoing(job_.hole, charts::radius(job_.hole, state.q), -state.pt, point.action,
+                                          point.time);
         charts::to_scene(job_.hole, state);
         std::copy_n(state.q, space_size, point.q);
         std::copy_n(state.p, space_size, point.p);
         std::copy_n(state.v, space_size, point.v);
         point.pt = state.pt;
+    }
+    /// Converts the integrals of a ray that started inside the horizon and is now in outgoing coordinates to those of
+    /// the ingoing form: the time of the outgoing form is infinite on the horizon.
+    template <class Point>
+    void keep_ingoing_integrals(Point& point, int lane) const {
+        if ((packet_.state.ingoing >> lane) & 1) return;
+        const double r = charts::radius(job_.hole, point.q);
+        charts::integrals_to_ingoing(job_.hole, r, point.pt, point.action, point.time);
     }
     /// Writes the integrals along the rays of `lanes`.
     __attribute__((noinline)) void write_integrals(std::uint64_t lanes) {

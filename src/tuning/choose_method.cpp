@@ -40,6 +40,11 @@ std::vector<std::string> remarks_on_ill_conditioned(const MethodTrial& trial) {
 Decision decision_of(const Plan& plan, const MethodTrial& trial) {
     const std::string feature = "choice of method and step by a trial";
     if (!trial.bound_met) return {feature, false, trial.failure_reason};
+    if (!trial.failure_reason.empty())
+        return {feature + ": " + plan.method().name + " with tolerance " + plain_number(plan.run.tolerance) +
+                    ", as in the reference of the trial, because " + trial.failure_reason,
+                true,
+                {}};
     const std::string step = plan.method().adaptive ? "tolerance " + plain_number(plan.run.tolerance)
                                                     : "step " + plain_number(stated_step(*plan.scene, plan.run));
     std::string chosen = feature + ": " + plan.method().name + " with " + step + " has the fewest operations of those ";
@@ -71,18 +76,15 @@ std::optional<RunConfig> run_config_with(const Plan& plan, Variant variant) {
     return run;
 }
 
-/// Makes the method of the reference that of the plan, if no other method is known to meet the bound and the scene
-/// states no method. If the reference is confirmed, it meets the bound. Returns true if the plan has changed.
-bool use_reference(Plan& plan, const MethodSearch& search, MethodTrial& trial) {
-    if (!search.reference || plan.description().integrator.method_location) return false;
+/// Returns the plan's configuration with the method of the reference, which is used if no other method is known to meet
+/// the bound. Returns nothing if the scene states a method, or if there is no reference.
+std::optional<RunConfig> run_config_with_reference(const Plan& plan, const MethodSearch& search) {
+    if (search.best || !search.reference || plan.description().integrator.method_location) return {};
     auto run = run_config_with(plan, *search.reference);
-    if (!run) return false;
+    if (!run) return {};
     run->value_weight = MethodSearch::reference_value_weight;
     run->kernel_request.precision = Precision::float64;
-    plan.run = *run;
-    trial.bound_met = search.is_confirmed;
-    trial.estimate = search.uncertainty;
-    return true;
+    return run;
 }
 
 }  // namespace
@@ -112,16 +114,21 @@ Plan choose_method(Plan plan, const Progress& progress) {
             trial.ill_conditioned_share = double(errors.compared_ill_conditioned) / compared;
         }
     }
-    const bool runs_reference = !search.best && use_reference(plan, search, trial);
+    const auto reference = run_config_with_reference(plan, search);
+    if (reference) {
+        plan.run = *reference;
+        trial.bound_met = search.is_confirmed;
+        trial.estimate = search.uncertainty;
+    }
     const auto add_remarks = [&](const std::vector<std::string>& remarks) {
         plan.remarks.insert(plan.remarks.end(), remarks.begin(), remarks.end());
     };
+    if (trial.bound_met || reference) plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
     if (trial.bound_met) {
-        plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
         add_remarks(remarks_on_stated(plan));
         add_remarks(remarks_on_ill_conditioned(trial));
     } else if (trial.is_stated || search.is_affordable) {
-        add_remarks({remark_on_unmet(plan, trial, runs_reference)});
+        add_remarks({remark_on_unmet(plan, trial, reference.has_value())});
     }
     plan.decisions.tuning.push_back(decision_of(plan, trial));
     plan.method_trial = trial;

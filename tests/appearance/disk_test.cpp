@@ -233,6 +233,8 @@ TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
     }
 }
 
+double energy_of(const RayStart& start) { return start.ingoing ? -start.pt : start.pt; }
+
 // Within the ergosphere, matter can emit light of negative energy, which cannot come from the sky. An observer inside
 // the ergosphere, such as a zamo or an observer at rest in the coordinates, receives this light with a positive
 // redshift factor. The emitted frequency is the closed form of the test above.
@@ -253,8 +255,7 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
         int negative = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
-            const RayStart& start = traced.rays[i].start;
-            const bool negative_energy = (start.ingoing ? -start.pt : start.pt) < 0;
+            const bool negative_energy = energy_of(traced.rays[i].start) < 0;
             EXPECT_FALSE(negative_energy && end.status == Status::escaped) << i;
             if (end.status != Status::hit || !negative_energy) continue;
             ++negative;
@@ -272,11 +273,9 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
             plan_of_text(std::string(disk).substr(0, std::string(disk).find("[[object]]")),
                          {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
         const TracedPicture sky_picture(*sky_plan);
-        for (std::size_t i = 0; i < sky_picture.ends.size(); ++i) {
-            const RayStart& start = sky_picture.rays[i].start;
-            EXPECT_TRUE((start.ingoing ? -start.pt : start.pt) > 0 || sky_picture.ends[i].status == Status::captured)
+        for (std::size_t i = 0; i < sky_picture.ends.size(); ++i)
+            EXPECT_TRUE(energy_of(sky_picture.rays[i].start) > 0 || sky_picture.ends[i].status == Status::captured)
                 << observer << ' ' << i;
-        }
     }
 }
 

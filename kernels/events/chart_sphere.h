@@ -82,8 +82,8 @@ struct ChartSphere {
     }
 };
 
-/// Returns the lanes of `active` whose ray is inside the sphere and outside the horizon, but not in the chart in which it
-/// is regular.
+/// Returns the lanes of `active` whose ray is inside the sphere and outside the horizon, but not in the chart in which
+/// it is regular.
 template <class V>
 std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std::uint64_t active) {
     const RayState<V>& start = step.start;

@@ -52,14 +52,13 @@ public:
         }
         const std::uint64_t refined = hits & ~(failed | unrefined | missed);
         if (!refined) return;
-        std::uint64_t passed = 0;
-        if (const std::uint64_t others = confirmation.confirm(d, refined, passed)) {
+        missed |= confirmation.confirm(d, refined, [&](std::uint64_t others) {
             const StepEnd<V> ends = d.step;
             d.step.copy_lanes(whole_step, from_bits<V>(others));
             refine_lanes(from_bits<V>(others), full_length, others);
             static_cast<StepEnd<V>&>(d.step).copy_lanes(ends, !from_bits<V>(others));
-        }
-        missed |= passed;
+            return others & ~(failed | unrefined);
+        });
     }
 
     /// Returns, for each event, the lanes that have crossed this event before their refined event. The position of an

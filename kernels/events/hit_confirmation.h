@@ -20,18 +20,30 @@ public:
     explicit HitConfirmation(const Task<V>& task) : task_(task) {}
 
     /// Confirms the refined hits of `hits`. A ray that passes its triangle on the outside hits another triangle nearby,
-    /// which replaces the first one, or it has missed. Sets `missed` and returns the lanes with another triangle; they
-    /// must be refined again.
-    std::uint64_t confirm(DeferredEvents<V, Events>& d, std::uint64_t hits, std::uint64_t& missed) const {
-        const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
-        const std::uint64_t outside =
-            hits & ~confirmed_hits<V>(geometry().surfaces, d.surface, d.primitive, hits, q, v, 1 / geometry().scale);
-        const std::uint64_t found = outside ? find_nearby(outside, q, v, d.surface, d.primitive) : 0;
-        if (found)
-            d.level_set.assign_lanes(from_bits<V>(found),
-                                     level_sets_of<V>(geometry().surfaces, d.surface, d.primitive, found));
-        missed = outside & ~found;
-        return found;
+    /// or it has missed. `refine(lanes)` moves rays to the planes of other triangles, where they are tested again. The
+    /// positions on two planes differ by the error of the method, so that a ray could pass between two triangles; the
+    /// repeated tests therefore have a margin. Returns the lanes that have missed.
+    template <class Refine>
+    std::uint64_t confirm(DeferredEvents<V, Events>& d, std::uint64_t hits, const Refine& refine) const {
+        constexpr int max_tests = 4;
+        constexpr double margin = 1e-11;
+        std::uint64_t missed = 0;
+        for (int i = 0; i < max_tests && hits; ++i) {
+            const Vec3<V> q = d.step.end.q(), v = d.step.end.velocity;
+            const std::uint64_t confirmed = confirmed_hits<V>(geometry().surfaces, d.surface, d.primitive, hits, q, v,
+                                                              1 / geometry().scale, i ? margin : 0);
+            const std::uint64_t outside = hits & ~confirmed;
+            const bool is_last = i + 1 == max_tests;
+            const std::uint64_t found =
+                outside && !is_last ? find_nearby(outside, q, v, d.surface, d.primitive) : 0;
+            missed |= outside & ~found;
+            if (found) {
+                d.level_set.assign_lanes(from_bits<V>(found),
+                                         level_sets_of<V>(geometry().surfaces, d.surface, d.primitive, found));
+                hits = refine(found);
+            } else hits = 0;
+        }
+        return missed;
     }
 
     /// Follows rays that pass close to a sphere to the point nearest to its centre. Returns the lanes that stay
@@ -76,11 +88,12 @@ public:
     }
 
 private:
-    /// Searches for triangles that the tangents x + t·v of `lanes` pass through close to x. Sets their indices and
-    /// returns the lanes in which one was found.
+    /// Searches for other triangles that the tangents x + t·v of `lanes` pass through close to x, or pass at the
+    /// distance between tangent and ray. Sets their indices and returns the lanes in which one was found.
     std::uint64_t find_nearby(std::uint64_t lanes, const Vec3<V>& x, const Vec3<V>& v, std::uint32_t (&surface)[W],
                               std::uint32_t (&primitive)[W]) const {
-        const double reach = 4 * (task_.job.chord_tolerance + embree_rounding / geometry().scale);
+        const double reach = 4 * (task_.job.chord_tolerance + embree_rounding / geometry().scale),
+                     bending = 4 * reach * reach * geometry().scale;  // for radii of curvature above 1/8 of the size
         Segments<W> segments;
         const V half = V(S(reach)) / fast_sqrt(dot(v, v));
         const Vec3<V> from = advance(x, -half, v), whole = (half + half) * v;
@@ -99,6 +112,7 @@ private:
         const auto accepts = [&](int i, std::uint32_t candidate, std::uint32_t triangle, float) {
             const Surface& other = geometry().surfaces[candidate];
             if (other.kind == Surface::Kind::sphere) return false;
+            if (candidate == surface[i] && triangle == primitive[i]) return false;
             const LevelSet<double> plane = level_set_of(other, triangle);
             const Vec3<double> at{double(get_lane(x.x, i)), double(get_lane(x.y, i)), double(get_lane(x.z, i))},
                 velocity{double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
@@ -107,7 +121,7 @@ private:
             const Vec3<double> crossing = advance(at, distance, velocity);
             const double size = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z), 1 / geometry().scale});
             return bool(triangle_of(other, triangle)
-                            .contains_line(crossing, velocity, 4 * double(machine_epsilon<S>) * size));
+                            .contains_line(crossing, velocity, max(4 * double(machine_epsilon<S>) * size, bending)));
         };
         std::uint64_t legal = lanes;
         for (const int i : lanes_in(lanes))

@@ -81,18 +81,19 @@ Triangle<V> triangles_of(const Surface* surfaces, const std::uint32_t (&surface)
 }
 
 /// Returns the lanes of `lanes` in which the line x + t·v passes through the triangle that was hit, or in which the
-/// surface is a sphere. `size` is the size of the scene; the rounding of its coordinates depends on it.
+/// surface is a sphere. `size` is the size of the scene; the rounding of its coordinates depends on it. A line may pass
+/// the triangle at `margin` times the size.
 template <class V, int W = lane_count<V>>
 std::uint64_t confirmed_hits(const Surface* surfaces, const std::uint32_t (&surface)[W],
                              const std::uint32_t (&primitive)[W], std::uint64_t lanes, const Vec3<V>& x,
-                             const Vec3<V>& v, double size) {
+                             const Vec3<V>& v, double size, double margin = 0) {
     using S = ScalarOf<V>;
     std::uint64_t on_triangles = lanes;
     for (const int i : lanes_in(lanes))
         if (surfaces[surface[i]].kind == Surface::Kind::sphere) on_triangles &= ~(std::uint64_t(1) << i);
     if (!on_triangles) return lanes;
     const V greatest = max(max(abs(x.x), abs(x.y)), max(abs(x.z), V(S(size)))),
-            rounding = V(S(4) * machine_epsilon<S>) * greatest;
+            rounding = V(max(S(4) * machine_epsilon<S>, S(margin))) * greatest;
     const Triangle<V> triangles = triangles_of<V>(surfaces, surface, primitive, on_triangles);
     return lanes & (~on_triangles | to_bits(triangles.contains_line(x, v, rounding)));
 }

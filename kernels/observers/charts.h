@@ -119,9 +119,9 @@ inline double time_shift(const Hole& hole, double r) {
         return 4 * hole.mass / difference * (outer * std::log(r - outer) - inner * std::log(r - inner));
     return 4 * hole.mass * (std::log(r - outer) - hole.mass / (r - outer));
 }
-/// Convert the integrals along a ray (kernels/trace/path_integrals.h) between the charts at the radius r. `pt` is p_t in
-/// either chart. For a null ray, p·dq = −p_t dt, so that the action shifts with the time. The time of the kernel's state
-/// in ingoing coordinates is −t_in.
+/// Convert the integrals along a ray (kernels/trace/path_integrals.h) between the charts at the radius r. `pt` is p_t
+/// in either chart. For a null ray, p·dq = −p_t dt, so that the action shifts with the time. The time of the kernel's
+/// state in ingoing coordinates is −t_in.
 inline void integrals_to_ingoing(const Hole& hole, double r, double pt, double& action, double& time) {
     const double shift = time_shift(hole, r);
     action -= pt * shift;

@@ -24,15 +24,16 @@ public:
         for (const int i : lanes_in(lanes)) short_steps_[i] = 0;
         counted_ &= ~lanes;
     }
-    /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum while the step changes |q| very little.
-    /// `state` is the start or the end of the step. Without the second condition, rays would fail that enter the second
-    /// sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks. Around a spinning hole, a ray that
-    /// approaches the horizon winds up, so that its step can be long although |q| hardly changes.
+    /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum while the step changes |q| very
+    /// little. `state` is the start or the end of the step. Without the second condition, rays would fail that enter
+    /// the second sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks. Around a spinning hole, a
+    /// ray that approaches the horizon winds up, so that its step can be long although |q| hardly changes.
     std::uint64_t with_diverging_momentum(const Step<V>& step, const State<V>& state, double share,
                                           std::uint64_t lanes) const {
         const Vec3<V> p = state.p(), q = state.q();
+        const V radial_length = abs(step.h * dot(step.start.q(), step.start.velocity));  // times |q|
         const MaskOf<V> is_large = dot(p, p) > V(S(share * share * max_square_)),
-                        is_short = abs(step.h * dot(step.start.q(), step.start.velocity)) < V(S(short_share)) * dot(q, q);
+                        is_short = radial_length < V(S(short_share)) * dot(q, q);
         return lanes & to_bits(is_large & is_short);
     }
     /// Counts the accepted steps of `lanes` that are shorter than Job::min_step_length. Returns the lanes with too many

@@ -59,8 +59,8 @@ void add_crop(CLI::App& verb, Arguments& arguments);
 
 /// Reads the scene and applies -D and the options that set a key. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options, SceneUse use = SceneUse::picture);
-/// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the scene states a
-/// method that needs the orbit plane, the scene is read without this change.
+/// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the
+/// scene states a method that needs the orbit plane, the scene is read without this change.
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options);
 /// Returns the options for instruction set, strategy, precision, schedule, threads and crop. Throws InputError.
 Options options_of(const Arguments& arguments);

@@ -87,7 +87,8 @@ bool is_exact(const StartMap& map, const Scene& scene, const View& view) {
 bool has_momentum_in_some_direction(const Scene& scene, const View& view) {
     constexpr int directions = 500;  // spread evenly over the sphere
     for (int i = 0; i < directions; ++i) {
-        const double height = 2 * (i + 0.5) / directions - 1, width = std::sqrt(1 - height * height), angle = 2.39996 * i;
+        const double height = 2 * (i + 0.5) / directions - 1, width = std::sqrt(1 - height * height),
+                     angle = 2.39996 * i;
         const Double3 d{width * std::cos(angle), width * std::sin(angle), height};
         if (scene.space.start(view.camera.position, d).failure == Failure::none) return true;
     }
@@ -125,8 +126,8 @@ Failure set_observer_map(const Scene& scene, View& view) {
         if (set_observer_map(scene, view) == Failure::none) append_to_list(others, name_of(view.observer));
     }
     const std::string& name = name_of(camera.observer);
-    const std::string reason =
-        why_failed(scene, Precision::float64, failure) + (others.empty() ? std::string() : "; possible observers at this position: " + others);
+    const std::string reason = why_failed(scene, Precision::float64, failure) +
+                               (others.empty() ? "" : "; possible observers at this position: " + others);
     if (others.empty() || !camera.observer_location)
         throw InputError(camera.position_location, position_of_camera(scene) + ": no " + name +
                                                        " observer can exist at this position: " + reason);

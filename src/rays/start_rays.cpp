@@ -26,8 +26,9 @@ RayStart start_along(const Plan& plan, const double (&q)[3], const Double3& d) {
     RayStart start = plan.scene->space.start(near, d);
     start.escaped = far && start.failure == Failure::none;
     std::copy(q, q + 3, start.q);
-    if (start.failure == Failure::none && starts_ingoing(plan.scene->space, plan.scene->limits.chart_radius, std::nullopt, q)) {
-        const Hole hole = plan.scene->space.hole();
+    const Scene& scene = *plan.scene;
+    if (start.failure == Failure::none && starts_ingoing(scene.space, scene.limits.chart_radius, std::nullopt, q)) {
+        const Hole hole = scene.space.hole();
         plan.module().to_ingoing(&hole, &start);
     }
     return start;

@@ -234,7 +234,6 @@ TEST(Redshift, MatchesTheClosedFormForCircularOrbitsAroundKerr) {
 }
 
 double energy_of(const RayStart& start) { return start.ingoing ? -start.pt : start.pt; }
-
 // Within the ergosphere, matter can emit light of negative energy, which cannot come from the sky. An observer inside
 // the ergosphere, such as a zamo or an observer at rest in the coordinates, receives this light with a positive
 // redshift factor. The emitted frequency is the closed form of the test above.
@@ -255,9 +254,9 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
         int negative = 0;
         for (std::size_t i = 0; i < traced.ends.size(); ++i) {
             const RayEnd& end = traced.ends[i];
-            const bool negative_energy = energy_of(traced.rays[i].start) < 0;
-            EXPECT_FALSE(negative_energy && end.status == Status::escaped) << i;
-            if (end.status != Status::hit || !negative_energy) continue;
+            if (energy_of(traced.rays[i].start) >= 0) continue;
+            EXPECT_NE(end.status, Status::escaped) << i;
+            if (end.status != Status::hit) continue;
             ++negative;
             const double a = 0.998, r = std::sqrt(end.q[0] * end.q[0] + end.q[1] * end.q[1] - a * a),
                          rr = std::pow(r, 1.5);
@@ -274,8 +273,7 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
                          {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
         const TracedPicture sky_picture(*sky_plan);
         for (std::size_t i = 0; i < sky_picture.ends.size(); ++i)
-            EXPECT_TRUE(energy_of(sky_picture.rays[i].start) > 0 || sky_picture.ends[i].status == Status::captured)
-                << observer << ' ' << i;
+            EXPECT_TRUE(energy_of(sky_picture.rays[i].start) > 0 || sky_picture.ends[i].status == Status::captured) << i;
     }
 }
 

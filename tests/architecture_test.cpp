@@ -87,8 +87,8 @@ const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autod
                                              "recipe",    "intersection", "methods",     "formula",
                                              "events",    "trace",        "adjoint",     "comparison"};
 const std::vector<std::vector<std::string>> program_layers{
-    {"scene", "film", "modules", "formula"}, {"geometry"}, {"spaces"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"}, {"render"},
-    {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
+    {"scene", "film", "modules", "formula"}, {"geometry"}, {"spaces"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"},
+    {"render"}, {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
 
 TEST(Kernels, IncludeDownwards) {
     const auto height = [&](const std::string& folder) {

@@ -26,8 +26,8 @@ public:
     }
     /// Returns those of `lanes` in which |p| exceeds `share` of Job::max_momentum while the step changes |q| very
     /// little. `state` is the start or the end of the step. Without the second condition, rays would fail that enter
-    /// the second sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks. Around a spinning hole, a
-    /// ray that approaches the horizon winds up, so that its step can be long although |q| hardly changes.
+    /// the second sheet of a wormhole in inverted coordinates, where |p| grows as |q| shrinks. Around a spinning hole,
+    /// a ray that approaches the horizon winds up, so that its step can be long although |q| hardly changes.
     std::uint64_t with_diverging_momentum(const Step<V>& step, const State<V>& state, double share,
                                           std::uint64_t lanes) const {
         const Vec3<V> p = state.p(), q = state.q();

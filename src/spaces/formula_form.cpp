@@ -124,8 +124,8 @@ std::string adapt_to_form(FormulaDescription& formula, const Double3& q, bool is
 
 std::string cause_of_missing_momentum(const FormulaDescription& formula, const Double3& q) {
     if (!form_of(formula, q).has_time_coordinate) return {};
-    return "H is indefinite in px, py, pz, as if one of the coordinates x, y, z was a time; rays are curves in space, so "
-           "write the momentum of the time as pt, with [space.constants] pt = 1";
+    return "H is indefinite in px, py, pz, as if one of the coordinates x, y, z was a time; rays are curves in space, "
+           "so write the momentum of the time as pt, with [space.constants] pt = 1";
 }
 
 }  // namespace kagero

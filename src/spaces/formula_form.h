@@ -11,8 +11,8 @@ namespace kagero {
 struct FormulaForm {
     /// H = ½ c g^{ab} p_a p_b with H0 = 0, where g is the metric of a spacetime with time as the coordinate of p_t.
     bool is_spacetime = false;
-    /// The sign of p_t for light that is followed backward in time: 1 for the signature −+++, and −1 for +−−−. With g^{tt}
-    /// as in H, dt/dλ = ∂H/∂p_t is then negative for an observer at rest.
+    /// The sign of p_t for light that is followed backward in time: 1 for the signature −+++, and −1 for +−−−. With
+    /// g^{tt} as in H, dt/dλ = ∂H/∂p_t is then negative for an observer at rest.
     double backward_pt_sign = 1;
     /// One of x, y, z is a time: H does not contain p_t, and it is an indefinite quadratic form in p_x, p_y, p_z.
     bool has_time_coordinate = false;
@@ -21,8 +21,8 @@ struct FormulaForm {
 /// Returns the form of H at the position q, relative to the centre of the space.
 FormulaForm form_of(const FormulaDescription& formula, const Double3& q);
 
-/// Throws InputError if a formula describes a spacetime, but p_t is 0. For pictures, gives p_t the sign of light that is
-/// followed backward in time. Returns a remark for the user, or an empty string. `q` is the position of the camera
+/// Throws InputError if a formula describes a spacetime, but p_t is 0. For pictures, gives p_t the sign of light that
+/// is followed backward in time. Returns a remark for the user, or an empty string. `q` is the position of the camera
 /// relative to the centre of the space.
 std::string adapt_to_form(FormulaDescription& formula, const Double3& q, bool is_picture);
 

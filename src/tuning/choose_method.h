@@ -18,8 +18,8 @@ bool needs_method_search(const Plan& plan);
 /// `integrator.max_pixel_error`, or `default_max_pixel_error`. A method that the scene states is kept; a formula gets
 /// only methods with step control, unless the scene states another one.
 ///
-/// The search does at most a third of the operations of the picture, or as many as take some hundredths of a second. The
-/// choice depends only on the scene and the instruction set. If no method is found, the plan gets the method of the
+/// The search does at most a third of the operations of the picture, or as many as take some hundredths of a second.
+/// The choice depends only on the scene and the instruction set. If no method is found, the plan gets the method of the
 /// search's reference, unless the scene states a method or the reference is too costly. Plan::method_trial and the
 /// decisions record the result.
 Plan choose_method(Plan plan, const Progress& progress = {});

@@ -222,7 +222,8 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Wormhole,
 
 // An observer who falls from rest at infinity has the speed s = √(r_g/r). For the direction d, the energy is E = 1 + s
 // d_r. In ingoing coordinates, p_r = d_r + E s/(1 + s) and p_⊥ = d_⊥, also on and inside the horizon, and the kernel's
-// p_t is −E. Rays that start at r ≥ 2 r_g are in outgoing coordinates, with p_t = E and p_r greater by 2 E r_g/(r − r_g).
+// p_t is −E. Rays that start at r ≥ 2 r_g are in outgoing coordinates, with p_t = E; p_r is greater by
+// 2 E r_g/(r − r_g).
 TEST(FallingObserver, MomentaInSchwarzschildMatchTheClosedForm) {
     const auto plan = plan_of_space("hamiltonian = \"schwarzschild\"\nrg = 1", "escape_radius = 30");
     for (const double r : {10.0, 3.0, 1.0, 0.5}) {

@@ -203,12 +203,10 @@ struct Job {
     double inner_escape_radius;  ///< A ray with a smaller |q| escapes into the second sheet; 0: there is none.
     /// Rays are captured only where |(x, y, capture_stretch·z)| ≤ capture_radius: no surface lies farther inward.
     double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
-    /// The black hole at the origin. Rays that start in ingoing coordinates change to outgoing coordinates where they
-    /// leave the sphere |q| = chart_radius. If chart_radius is 0, rays do not change their coordinates on the way.
+    /// The black hole at the origin. Inside the sphere |q| = chart_radius, rays that move outward are followed in
+    /// ingoing coordinates. If chart_radius is 0, rays do not change their coordinates on the way.
     Hole hole;
     double chart_radius;
-    /// Rays that turn outward inside that sphere change to ingoing coordinates there.
-    bool changes_chart_at_turns;
     double parameter_limit;  ///< λ at which every ray ends exactly; infinity: no limit.
     bool use_symmetry;       ///< Cyclic coordinates are updated once per step if the method has `drift_kick`.
     HitModel hit;
@@ -302,8 +300,8 @@ struct Module {
     void (*to_ingoing)(const Hole*, RayStart*);
     /// Converts the kernel's state of a ray in ingoing coordinates to the coordinates of the scene.
     void (*to_scene)(const Hole*, double q[3], double p[3], double* pt);
-    /// Converts the momentum of a ray at the outgoing position q to that of the kernel's state in ingoing coordinates.
-    /// Only y is not reflected.
+    /// Converts the momentum of a ray at the outgoing position q to that of the time-reversed ingoing form, rotated
+    /// about the z axis to the azimuth of q.
     void (*momentum_in_ingoing_form)(const Hole*, const double q[3], double p[3], double* pt);
     /// Returns the Boyer–Lindquist radius r of a position near the hole.
     double (*hole_radius)(const Hole*, const double q[3]);

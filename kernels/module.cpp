@@ -276,6 +276,7 @@ void momentum_in_ingoing_form(const Hole* hole, const double q[3], double p[3], 
     copy(p, state.p);
     state.pt = *pt;
     charts::convert(*hole, state, -1);
+    charts::rotate(state.p, charts::azimuth_shift(*hole, charts::radius(*hole, state.q)));
     std::copy(state.p, state.p + 3, p);
     *pt = -state.pt;
 }

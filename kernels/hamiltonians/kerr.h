@@ -78,18 +78,20 @@ struct Kerr {
         return radius(k, q);
     }
 
-    /// Rays with p_t > 0 are captured at the horizon. Inside r = 3M an inward ray is captured if its radial potential
-    /// (see radial_potential_bound) is positive down to the horizon; without spin this is true for every inward ray.
-    /// dr/dλ has the sign of r² x·v + a² z v_z.
+    /// Rays that can cross the horizon inward are captured there. Inside r = 3M an inward ray is captured if its radial
+    /// potential (see radial_potential_bound) is positive down to the horizon; without spin this is true for every inward
+    /// ray. dr/dλ has the sign of r² x·v + a² z v_z.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v,
                                 const V& pt) {
         const V r = radius(k, q), a = k.mass * k.spin;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0))));
         const V outward = r * r * dot(q, v) + a * a * (q.z * v.z);  // > 0 if the ray moves outward
+        // > 0 if the ray can cross the horizon inward: (r₊² + a²) p_t + a L > 0, where r₊² + a² = 2 M r₊.
+        const V crosses = pt + a * (q.x * p.y - q.y * p.x) / (2.0 * k.mass * horizon);
         // > 0 if the ray can turn back.
         const V can_turn_back = max(r - 3.0 * k.mass, -radial_potential_bound(k, q, p, pt));
-        return min(max(r - horizon, -pt), max(can_turn_back, outward));
+        return min(max(r - horizon, -crosses), max(can_turn_back, outward));
     }
     /// Returns a number that is positive only if the radial potential R is positive everywhere between the horizon and
     /// q. R is zero at a turning point (Carter 1968), so that an inward ray then cannot turn back:

@@ -65,14 +65,18 @@ private:
         const MaskOf<V> exceeds = h * h * square > bound * bound;
         return any(exceeds) ? select(exceeds, bound / sqrt(square), h) : h;
     }
-    /// Returns a fifth of |q| outside the horizon, else 0. The step bound of a black hole is for rays that are singular
-    /// at its horizon; rays that change their chart are not.
+    /// Returns half of |q| outside the horizon of a spinning hole. Inside, returns ½ Σ/(r + |a|), about the distance
+    /// from the ring singularity (kernels/hamiltonians/kerr.h). The step bound of the hole, which is small near the
+    /// horizon, is for rays that are singular there; rays that change their chart are not.
     V chart_step_bound(const RayState<V>& start) const {
-        const double equator = charts::horizon_extent(task_.job.hole),
-                     stretch = equator / charts::horizon_radius(task_.job.hole);
+        const Hole& hole = task_.job.hole;
+        const double equator = charts::horizon_extent(hole), stretch = equator / charts::horizon_radius(hole);
         const Vec3<V> q = start.q(), stretched{q.x, q.y, V(S(stretch)) * q.z};  // the horizon is a spheroid
         const MaskOf<V> outside = dot(stretched, stretched) > V(S(equator * equator));
-        return select(outside, V(S(0.2)) * sqrt(dot(q, q)), V(S(0)));
+        const V half(S(0.5)), a(S(std::abs(hole.spin))), square = dot(q, q), b = square - a * a,
+                             az = V(S(2)) * a * q.z, sigma = sqrt(fma(b, b, az * az)),
+                             r = sqrt(max(half * (b + sigma), V(S(0))));
+        return half * select(outside, sqrt(square), sigma / (r + a));
     }
     /// Returns Job::max_step_radius_ratio times |q| plus 1e-4 of the escape radius. The second term lets a ray pass the
     /// origin.

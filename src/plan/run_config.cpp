@@ -124,14 +124,11 @@ double chord_tolerance(const Scene& scene, Purpose purpose) {
                                        : greatest;
 }
 
-/// Returns true if rays of this view can change between ingoing and outgoing coordinates on their way. They need not if
-/// no surface lies on their way; their ends are converted in any case.
+/// Returns true if rays of this view can change between ingoing and outgoing coordinates on their way.
 bool changes_charts_on_the_way(const Scene& scene, const View& view) {
     if (!horizon_of_spinning_hole(scene.space)) return false;
-    if (is_nearly_extreme(scene.space)) return true;
-    const bool may_start_ingoing =
-        !view.has_camera || scene.description.camera.type == CameraType::orthographic || view.camera.start.ingoing;
-    return may_start_ingoing && scene.geometry->kernel_view();
+    return is_nearly_extreme(scene.space) || !view.has_camera || view.camera.start.ingoing ||
+           scene.description.camera.type == CameraType::orthographic;
 }
 
 }  // namespace

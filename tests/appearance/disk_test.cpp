@@ -273,7 +273,7 @@ TEST(Redshift, MatchesTheClosedFormForLightOfNegativeEnergy) {
                          {overrides[0], overrides[3], overrides[4], overrides[5], overrides[7], overrides[8]});
         const TracedPicture sky_picture(*sky_plan);
         for (std::size_t i = 0; i < sky_picture.ends.size(); ++i)
-            if (!(energy_of(sky_picture.rays[i].start) > 0)) EXPECT_EQ(sky_picture.ends[i].status, Status::captured);
+            EXPECT_TRUE(energy_of(sky_picture.rays[i].start) > 0 || sky_picture.ends[i].status == Status::captured);
     }
 }
 

@@ -102,9 +102,9 @@ TEST_F(MaxPixelError, DoesNotDependOnTheTimeLimit) {
     EXPECT_EQ(limited.status, 0) << limited.err;
     EXPECT_TRUE(exists("a.exr"));
     for (const char* key : {"\"integrator\":", "\"step\":", "\"precision\":", "\"tolerance\":"}) {
-        const auto line = [&](const std::string& json) {
-            const std::size_t begin = json.find(key);
-            return begin == std::string::npos ? "" : json.substr(begin, json.find('\n', begin) - begin);
+        const auto line = [&](const std::string& report) {
+            const std::size_t begin = report.find(key);
+            return begin == std::string::npos ? "" : report.substr(begin, report.find('\n', begin) - begin);
         };
         EXPECT_EQ(line(limited.out), line(unlimited.out)) << key;
     }

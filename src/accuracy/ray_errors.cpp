@@ -43,7 +43,8 @@ double pixel_size_at(const Plan& plan, const RayEnd& end) {
 double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd& actual) {
     const double size = pixel_size_at(plan, expected);
     if (!is_seen_by_direction(plan, expected)) return distance(expected.q, actual.q) / size;
-    const SkyView a = sky_view(plan.scene->space, expected), b = sky_view(plan.scene->space, actual);
+    const Skies& skies = plan.scene->sources.skies;
+    const SkyView a = sky_view(skies, expected), b = sky_view(skies, actual);
     // Directions on the skies of different sheets cannot be compared. The directions at the ray ends are used instead.
     const bool on_same_sky = a.on_second_sheet == b.on_second_sheet;
     return on_same_sky ? angle(a.direction, b.direction) / size : angle(expected.v, actual.v) / size;

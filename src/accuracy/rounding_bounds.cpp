@@ -58,10 +58,10 @@ void set_pixel_derivatives(const Plan& plan, const RayEnd& end, RayPath& path) {
         for (std::size_t r = 0; r < 2; ++r) copy(scaled(axes[r], pixels_per_unit), path.by_position[r]);
         return;
     }
-    const SkyView view = sky_view(plan.scene->space, end);
+    const SkyView view = sky_view(plan.scene->sources.skies, end);
     const auto axes = axes_around(view.direction);
     for (std::size_t r = 0; r < 2; ++r) {
-        if (!view.on_second_sheet) {
+        if (!view.reflected) {
             copy(scaled(axes[r], pixels_per_unit), path.by_direction[r]);
             continue;
         }

@@ -55,7 +55,7 @@ const std::vector<LayerInfo>& all_layers() {
          "straight distance from the start of the first ray to its hit, in scene units; 0 without a hit"},
         {"redshift", number_channel, Scale::linear,
          "observed frequency over emitted frequency, if the first ray hits a disk, or if it escapes, with emission at "
-         "rest at infinity; else 0"},
+         "rest at infinity or in space.sky_frame; else 0"},
         {"footprint", number_channel, Scale::logarithmic,
          "longest axis of the ellipse of sky that the pixel covers, in radians (the edge of the pixel for straight "
          "rays); 0 if its first ray does not escape, or is the only one in its 2x2 block that escapes"},

@@ -29,7 +29,7 @@ Float3 sky_color(const Paints& paints, const SkyView& view, const SkyFilters& fi
 }
 
 double redshift_of(const Plan& plan, const PixelSample& ray) {
-    return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
+    return kagero::redshift_of(plan.scene->sources, plan.view.spacetime, ray);
 }
 
 /// Returns the colour of a ray. Captured rays are black, because no light arrives along them. Failed and unfinished

@@ -29,14 +29,15 @@ struct TracedTile {
     const RayEnd* ends;
     const RayList& list;
     const std::vector<EndError>& errors;
-    double throat_radius;  ///< Space::throat_radius.
+    const Skies& skies;
+    bool plain_skies;  ///< Skies::is_plain.
 };
 
 /// Fills `rays` with the rays of consecutive pixels in a row, from pixel (x, y). Patches are not set, nor are the sky
 /// views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
-    const auto& [plan, tile, ends, list, errors, throat_radius] = traced;
+    const auto& [plan, tile, ends, list, errors, skies, plain_skies] = traced;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
@@ -45,8 +46,7 @@ void collect_samples(const TracedTile& traced, const RequiredData& required, std
         ray.end = ends + i;
         if (ray.end->status == Status::escaped) {
             const RayEnd& end = *ray.end;
-            if (throat_radius > 0)
-                ray.sky = sky_view(throat_radius, {end.q[0], end.q[1], end.q[2]}, {end.v[0], end.v[1], end.v[2]});
+            if (!plain_skies) ray.sky = sky_view(skies, end);
             else {
                 ray.sky.on_second_sheet = false;
                 for (std::size_t axis = 0; axis < 3; ++axis) ray.sky.direction[axis] = end.v[axis];
@@ -91,7 +91,8 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
     KAGERO_ASSERT(list.starts.empty() || list.frequencies.size() == list.starts.size());
     const RequiredData required(plan, film);
     const Shader shader(film);
-    const TracedTile traced{plan, tile, ends, list, errors, plan.scene->space.throat_radius()};
+    const TracedTile traced{plan, tile, ends, list, errors, plan.scene->sources.skies,
+                            plan.scene->sources.skies.is_plain()};
     const std::uint32_t spp = plan.description().film.spp;
     PixelBlock block;
     SkyFilters filters;

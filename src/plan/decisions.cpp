@@ -160,6 +160,27 @@ void add_chart_decision(const Scene& scene, const View& view, DecisionList& list
              "the rays of this camera are regular in outgoing coordinates");
 }
 
+/// Adds decisions about velocities that the scene states, and about the orbits of disks in the space of a formula.
+void add_velocity_decisions(const Scene& scene, DecisionList& list) {
+    const SceneDescription& description = scene.description;
+    list.add(description.camera.velocity.has_value(), "rest frame of a camera with the velocity camera.velocity",
+             "the scene does not state camera.velocity");
+    list.add(description.space.sky_frame.has_value(),
+             "directions and frequencies of the light of the sky in the rest frame of space.sky_frame",
+             "the scene does not state space.sky_frame");
+    for (std::size_t i = 0; i < description.objects.size(); ++i) {
+        const ObjectDescription& object = description.objects[i];
+        if (object.velocity) list.add_used("matter of object." + object.name + " with its stated velocity");
+        if (object.velocity || object.shape != Shape::disk || scene.sources.orbits.empty()) continue;
+        const CircularOrbits& orbits = scene.sources.orbits[i];
+        const std::string feature = "circular orbits of the matter of object." + object.name + ", found from H",
+                          at_rest = ranges_at_rest(orbits, scene.unit);
+        list.add(orbits.refusal().empty(),
+                 feature + (at_rest.empty() ? "" : "; at rest at distances " + at_rest + " from its centre"),
+                 orbits.refusal());
+    }
+}
+
 /// Returns the decisions about camera rays, pixels and layers.
 std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
     DecisionList list;
@@ -176,6 +197,7 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
              "the sky has neither an image nor a checker pattern");
     list.add(scene.paints->surfaces_have_patterns(), "footprints of pixels on surfaces",
              "no object has an image or a checker pattern");
+    add_velocity_decisions(scene, list);
     for (const LayerInfo& layer : all_layers()) {
         const bool requested = std::find(film.layers.begin(), film.layers.end(), layer.name) != film.layers.end();
         list.add(requested, std::string("layer ") + layer.name, "film.layers does not contain it");

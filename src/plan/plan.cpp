@@ -60,10 +60,8 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
             add_remark("object." + object.name + " is not visible: it lies beyond integrator.escape_radius = " +
                        plain_number(integrator.escape_radius * scene.unit) +
                        ", where rays end; increase this radius to see it");
-        if (object.shape == Shape::disk && description.space.formula)
-            add_remark("object." + object.name +
-                       ": the matter of the disk is at rest, because its orbits in the space of a formula are unknown");
     }
+    for (const std::string& remark : remarks_on_matter(scene.sources, description, scene.unit)) add_remark(remark);
     return remarks;
 }
 
@@ -88,6 +86,10 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
                          position_of_camera(scene) + ": " + describe(Failure::needs_double));
     plan.decisions = decisions_of(scene, plan.view, plan.run);
     plan.remarks = remarks_of(scene, plan.run, purpose);
+    if (plan.view.spacetime) {
+        const std::string remark = check_sky_frame(scene.sources.skies, scene.limits.escape_radius, scene.unit);
+        if (!remark.empty()) plan.remarks.push_back(remark);
+    }
     plan.scene = std::move(loaded);
     return plan;
 }

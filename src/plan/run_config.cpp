@@ -77,10 +77,13 @@ bool choose_rescaling(const Scene& scene, std::uint32_t integrator) {
 /// without length_scale, methods with step control take steps of at most a quarter of the distance from the centre of
 /// the space. If the scene states no tolerance, it is relative to lengths and momenta of the scene; for the default
 /// escape radius, the length is 1, as for a stated tolerance.
-RunConfig with_scales_of_formula(const Scene& scene, RunConfig run) {
+RunConfig with_scales_of_formula(const Scene& scene, Purpose purpose, RunConfig run) {
     constexpr double first_step_share = 1e-3, max_momentum_growth = 1e3, min_step_share = 1e-11;
     const IntegratorDescription& stated = scene.description.integrator;
-    const double momentum = typical_momentum(scene);
+    // A camera with a stated velocity sees light of frequency 1, whatever p_t is.
+    const bool has_unit_frequency = purpose == Purpose::picture && scene.description.camera.velocity;
+    const double momentum =
+        typical_momentum(scene) / (has_unit_frequency ? std::abs(scene.description.space.formula->parsed.pt) : 1);
     if (scene.description.space.formula->length_scale.empty()) run.max_step_radius_ratio = 0.25;
     if (!stated.tolerance_location) {
         run.position_scale = stated.escape_radius / IntegratorDescription().escape_radius;
@@ -151,7 +154,7 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     if (is_ray_list_default) run.value_weight = ray_list_value_weight;
     run.solver_tolerance = stated.solver_tolerance;
     run.max_steps = stated.max_steps;
-    if (scene.description.space.formula) run = with_scales_of_formula(scene, run);
+    if (scene.description.space.formula) run = with_scales_of_formula(scene, purpose, run);
     run.use_symmetry = stated.use_symmetry;
     run.hit = stated.hit;
     run.chord_tolerance = chord_tolerance(scene, purpose);

@@ -123,6 +123,7 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose),
                                                               horizon_of_spinning_hole(scene->space));
     scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
+    scene->sources = make_sources(scene->space, s, purpose == Purpose::picture);
     scene->limits = ray_limits(*scene, options, purpose);
     const Double3 camera = subtract(s.camera.position, s.space.center);
     check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "appearance/paints.h"
+#include "appearance/redshift.h"
 #include "geometry/geometry.h"
 #include "modules/space.h"
 #include "plan/options.h"
@@ -32,6 +33,7 @@ struct Scene {
     RayLimits limits;
     std::unique_ptr<const SceneGeometry> geometry;
     std::unique_ptr<const Paints> paints;
+    Sources sources;  ///< Contains pointers to other members.
 
     const Module& module() const { return *space.module; }
     /// Returns the index, in Module::hamiltonians, of the integrated Hamiltonian. It is that of the space, or that of

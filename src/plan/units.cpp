@@ -33,10 +33,13 @@ void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, doubl
     divide(scene.camera.position, unit);
     divide(scene.camera.look_at, unit);
     scene.camera.height /= unit;
+    if (scene.space.sky_frame) scene.space.sky_frame->length_unit = unit;
+    if (scene.camera.velocity) scene.camera.velocity->length_unit = unit;
     for (ObjectDescription& object : scene.objects) {
         for (Double3* lengths : {&object.origin, &object.edge_u, &object.edge_v, &object.min, &object.max,
                                  &object.center, &object.translate})
             divide(*lengths, unit);
+        if (object.velocity) object.velocity->length_unit = unit;
         object.radius /= unit;
         object.inner /= unit;
         object.outer /= unit;

@@ -7,6 +7,8 @@
 #include "scene/value.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
+#include "spaces/rest_frame.h"
+#include "spaces/velocity.h"
 
 #include <algorithm>
 #include <cmath>
@@ -109,11 +111,38 @@ Failure set_formula_map(const Scene& scene, View& view) {
 /// Sets the map from directions in the observer's rest frame at the camera's position to momenta. Returns the reason if
 /// the map cannot exist.
 Failure set_observer_map(const Scene& scene, View& view) {
-    const Failure failure = make_observer_map(scene, view.observer, view.camera.position, view.camera.start);
+    const Failure failure = make_camera_map(scene, view.observer, view.camera.position, view.camera.start);
     view.spacetime = scene.space.info().spacetime;
     if (!scene.description.space.formula) return failure;
     view.spacetime = failure != Failure::no_rest_frame;
     return view.spacetime ? failure : set_formula_map(scene, view);
+}
+
+/// Throws InputError if the scene states a velocity, or the frame of its sky, but the space is not a spacetime.
+void require_spacetime(const Scene& scene, const View& view) {
+    if (view.spacetime) return;
+    const auto refuse = [](const VelocityDescription& velocity, const std::string& name) {
+        throw InputError(velocity.location, name + " = " + text_of(velocity, {0, 0, 0}) +
+                                                " is legal only in a spacetime, but this H is not that of light in a "
+                                                "spacetime; remove the key");
+    };
+    const SceneDescription& description = scene.description;
+    if (description.camera.velocity) refuse(*description.camera.velocity, "camera.velocity");
+    if (description.space.sky_frame) refuse(*description.space.sky_frame, "space.sky_frame");
+    for (const ObjectDescription& object : description.objects)
+        if (object.velocity) refuse(*object.velocity, "object." + object.name + ".velocity");
+}
+
+/// Throws InputError for a camera whose stated velocity is impossible at its position.
+[[noreturn]] void refuse_velocity(const Scene& scene, const View& view, Failure failure) {
+    const VelocityDescription& velocity = *scene.description.camera.velocity;
+    const auto& q = view.camera.position;
+    const std::string where = "camera.velocity = " + text_of(velocity, q) + " at " + position_of_camera(scene);
+    SpacetimeMatrix g;
+    if (failure != Failure::no_observer || metric_at(scene.space, q, g) != Failure::none)
+        throw InputError(velocity.location, where + ": " + describe(failure));
+    throw InputError(velocity.location,
+                     where + " is not slower than light: " + speed_limit(g, velocity_at(velocity, q)));
 }
 
 /// Throws InputError for an observer that cannot exist at the camera's position. The error refers to `camera.observer`
@@ -162,6 +191,16 @@ Failure make_observer_map(const Scene& scene, ObserverKind observer, const doubl
     return failure;
 }
 
+Failure make_camera_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
+    const auto& velocity = scene.description.camera.velocity;
+    if (!velocity) return make_observer_map(scene, observer, q, map);
+    // The observer may move inward, as a falling one does.
+    const bool ingoing = starts_ingoing(scene.space, scene.limits.chart_radius, ObserverKind::falling, q);
+    const Failure failure = make_moving_map(scene.space, q, velocity_at(*velocity, q), ingoing, map);
+    map.has_no_surfaces = !scene.geometry->kernel_view();
+    return failure;
+}
+
 // Computes the same sums in the same order as the camera of the kernels, so that both generate bitwise equal rays.
 CameraRay ray_in_frame(const StartMap& map, const Double3& d) {
     const auto row = [&](int i) { return map.metric[i][0] * d[0] + map.metric[i][1] * d[1] + map.metric[i][2] * d[2]; };
@@ -183,6 +222,8 @@ View make_camera_view(const Scene& scene, const Options& options) {
     const FilmDescription& film = scene.description.film;
     view.window = options.crop.x1 ? options.crop : Tile{0, 0, film.width, film.height};
     const Failure failure = set_observer_map(scene, view);
+    require_spacetime(scene, view);
+    if (failure != Failure::none && scene.description.camera.velocity) refuse_velocity(scene, view, failure);
     if (failure != Failure::none) refuse_observer(scene, view, failure);
     if (has_invalid_time_rescaling(scene, view.camera.position)) refuse_rescaling(scene);
     if (has_invalid_bounds(scene, view.camera.position))

@@ -26,6 +26,10 @@ double pixel_size(const SceneDescription& scene, double distance);
 /// the reason why the observer cannot exist at q.
 Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
+/// Sets `map` to the map of make_observer_map for the scene's camera at q. Its velocity is the stated one, or else that
+/// of `observer`.
+Failure make_camera_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
+
 /// Returns the ray that starts at the map's position with direction d, of any length, in its rest frame.
 CameraRay ray_in_frame(const StartMap& map, const Double3& d);
 

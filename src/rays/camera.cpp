@@ -28,7 +28,7 @@ CameraRay orthographic_ray(const Plan& plan, double x, double y) {
     for (std::size_t k = 0; k < 3; ++k)
         q[k] = c.position[k] + (x - 0.5 * c.width) * c.right[k] + (y - 0.5 * c.height) * c.down[k];
     StartMap map;
-    const Failure failure = make_observer_map(*plan.scene, view.observer, q, map);
+    const Failure failure = make_camera_map(*plan.scene, view.observer, q, map);
     if (failure == Failure::no_rest_frame) return {plan.scene->space.start(q, view.forward), 1};
     if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
     return ray_in_frame(map, view.forward);

@@ -114,7 +114,7 @@ private:
         for (std::uint32_t i = 0; i < rays_per_point_; ++i) {
             PixelSample& ray = block.rays.emplace_back();
             ray.end = ends + i;
-            if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_.scene->space, *ray.end);
+            if (ray.end->status == Status::escaped) ray.sky = sky_view(plan_.scene->sources.skies, *ray.end);
             block.film_positions.push_back({double(i % point_edge_), double(i / point_edge_)});
         }
         const SkyFootprints footprints = footprints_of(block, plan_.description().film.spp);

@@ -19,18 +19,29 @@ namespace kagero {
 /// A vector: x, y, z or red, green, blue.
 using Double3 = std::array<double, 3>;
 
+/// A velocity dq/dt whose components are numbers or formulas in x y z.
+struct VelocityDescription {
+    std::array<std::string, 3> components;  ///< The components as TOML values.
+    FormulaScope scope;                     ///< Nodes of the formulas.
+    std::array<std::int32_t, 3> nodes{};    ///< Indices of their roots in `scope.nodes`.
+    double length_unit = 1;                 ///< Unit of positions, in units of the x y z of the formulas.
+    FileLocation location;                  ///< Position of the value, for messages.
+};
+
 /// A Hamiltonian that is written in the scene file: the texts of its formulas, and the parsed formulas.
 struct FormulaDescription {
     std::string energy;                            ///< Text of H.
     double level = 0;                              ///< H0, the value of H on every ray.
     std::vector<std::string> parts;                ///< Texts of H_A and H_B, or empty.
-    std::string domain, capture, length_scale;     ///< Texts of the optional formulas; "" if the key is missing.
+    /// Texts of the optional formulas; "" if the key is missing.
+    std::string domain, capture, length_scale, far_domain;
     std::vector<std::pair<std::string, double>> constants;     ///< Names and values in [space.constants].
     std::vector<std::pair<std::string, std::string>> helpers;  ///< Names and formulas in [space.let].
 
     FormulaScope scope;                            ///< Nodes of all these formulas.
     /// For each formula, the index of its root in `scope.nodes`; −1 if the key is missing. `parsed.nodes` is null.
     Formula parsed{nullptr, 0, -1, -1, -1, -1, -1, {-1, -1}, 0, 0};
+    std::int32_t far_domain_node = -1;             ///< Root of `far_domain`; −1 if the key is missing.
     FileLocation location;                         ///< Position of the key H.
 };
 
@@ -41,6 +52,7 @@ struct SpaceDescription {
     std::vector<std::pair<std::string, double>> parameters;  ///< In HamiltonianInfo::parameters' order.
     Double3 center{0, 0, 0};
     bool has_second_sheet = false;                 ///< True if a second sky, `[sky.far]`, is legal.
+    std::optional<VelocityDescription> sky_frame;  ///< Velocity of the distant observers who see the sky.
 };
 
 /// The expression Ω with which the scene rescales a built-in Hamiltonian.
@@ -100,6 +112,7 @@ struct CameraDescription {
     double fov = 60;                   ///< Vertical field of view of a perspective camera, degrees.
     double height = 2;                 ///< Height of the picture of an orthographic camera, a length.
     ObserverKind observer = ObserverKind::static_;
+    std::optional<VelocityDescription> velocity;  ///< Replaces `observer` if the scene states it.
     FileLocation position_location;    ///< Position of the key `position`, for messages.
     std::optional<FileLocation> fov_location, observer_location;  ///< Empty if the scene does not state the key.
 };
@@ -145,6 +158,7 @@ struct ObjectDescription {
     Double3 center{}; double radius = 0;           // sphere; disk: only center
     Double3 normal{0, 0, 1};                       // disk: axis, about which its matter orbits right-handed
     double inner = 0, outer = 0;                   // disk: radii
+    std::optional<VelocityDescription> velocity;   // disk: of its matter, if stated
     double temperature = 0;                        // disk: kelvin at the inner edge; 0: the disk has a paint instead
     FileLocation center_location, normal_location;  // disk: positions of the keys, for messages
     std::string file;                              // mesh: absolute path
@@ -165,7 +179,7 @@ struct SceneDescription {
     CameraDescription camera;
     FilmDescription film;
     SkyDescription sky;
-    SkyDescription far_sky;                        ///< Sky of the second sheet of a wormhole.
+    SkyDescription far_sky;                        ///< Sky of the second sheet, or of the region of far_domain.
     std::vector<ObjectDescription> objects;
 };
 

@@ -64,7 +64,9 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
 
     if (space.hamiltonian == "formula") {
         space.formula = load_formula(section);
+        space.has_second_sheet = space.formula->far_domain_node >= 0;
         read(section, "center", space.center, any_length);
+        space.sky_frame = load_velocity(section, "sky_frame", space);
         return space;
     }
     std::vector<std::string> keys{"hamiltonian", "center"};
@@ -77,8 +79,10 @@ SpaceDescription load_space(const Section& section, const Catalogue& catalogue) 
             fail(require(section, parameter.name), full_name(section, parameter.name), "a whole number");
         space.parameters.emplace_back(parameter.name, value);
     }
+    keys.emplace_back("sky_frame");
     check_keys(section, keys);
     read(section, "center", space.center, any_length);
+    space.sky_frame = load_velocity(section, "sky_frame", space);
     return space;
 }
 
@@ -96,19 +100,28 @@ void add_default_view(Value& root, const SceneDescription& scene) {
     add("film", "size", "[640, 480]");
 }
 
+/// Reads the keys that state the motion of the camera: `observer` or `velocity`.
+void load_motion(const Section& section, SpaceDescription& space, CameraDescription& camera) {
+    const Value *observer = find(section, "observer"), *velocity = find(section, "velocity");
+    if (observer && velocity)
+        throw InputError(velocity->key_location, "camera.velocity = " + to_toml(*velocity) + " and camera.observer = " +
+                                                     to_toml(*observer) + " exclude each other; remove one of them");
+    camera.velocity = load_velocity(section, "velocity", space);
+    if (!observer) return;
+    camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names()));
+    camera.observer_location = observer->location;
+}
+
 /// Loads the table [camera]. The view is checked only for pictures.
-CameraDescription load_camera(const Section& section, SceneUse use) {
+CameraDescription load_camera(const Section& section, SpaceDescription& space, SceneUse use) {
     CameraDescription camera;
-    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer"};
+    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer", "velocity"};
     if (const Value* type = find(section, "type")) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }
     if (camera.type == CameraType::orthographic) keys.emplace_back("height");
     check_keys(section, keys);
-    if (const Value* observer = find(section, "observer")) {
-        camera.observer = static_cast<ObserverKind>(to_choice(*observer, "camera.observer", observer_names()));
-        camera.observer_location = observer->location;
-    }
+    load_motion(section, space, camera);
     const Value& position = require(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
     camera.position_location = position.location;
@@ -164,7 +177,8 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
     if (!space.has_second_sheet)
         throw InputError(far->location, "sky.far is not legal: the space " + to_toml(space.hamiltonian) +
-                                         " has only one sky; remove the table [sky.far]");
+                                         " has only one sky; " + (space.formula ? "state space.far_domain, or " : "") +
+                                         "remove the table [sky.far]");
     return load_sky({far, "sky.far", far->location}, directory);
 }
 
@@ -192,12 +206,12 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
     scene.space = load_space(section(root, "space"), catalogue);
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
     if (use == SceneUse::single_rays) add_default_view(root, scene);
-    scene.camera = load_camera(section(root, "camera"), use);
+    scene.camera = load_camera(section(root, "camera"), scene.space, use);
     scene.film = load_film(section(root, "film"), catalogue.layers);
     const Section sky = section(root, "sky");
     scene.sky = load_sky(sky, directory);
     scene.far_sky = load_far_sky(sky, scene.space, directory);
-    scene.objects = load_objects(root, directory);
+    scene.objects = load_objects(root, directory, scene.space);
     return scene;
 }
 

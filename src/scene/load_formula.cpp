@@ -114,7 +114,8 @@ std::int32_t load_optional(const Section& section, const std::string& key, Formu
 
 FormulaDescription load_formula(const Section& section) {
     check_keys(section,
-              {"hamiltonian", "center", "H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"});
+               {"hamiltonian", "center", "H", "H0", "parts", "domain", "far_domain", "capture", "length_scale",
+                "sky_frame", "constants", "let"});
     FormulaDescription formula;
     formula.scope = formula_scope();
     const Value& energy = require(section, "H");
@@ -130,11 +131,34 @@ FormulaDescription load_formula(const Section& section) {
     formula.parsed.level = formula.level;
     load_parts(section, formula);
     formula.parsed.domain = load_optional(section, "domain", formula, formula.domain);
+    formula.far_domain_node = load_optional(section, "far_domain", formula, formula.far_domain);
     formula.parsed.capture = load_optional(section, "capture", formula, formula.capture);
     formula.parsed.length_scale = load_optional(section, "length_scale", formula, formula.length_scale);
     if (const Value* scale = find(section, "length_scale"))
         require_positive(*scale, "space.length_scale", formula.scope, formula.parsed.length_scale);
     return formula;
+}
+
+std::optional<VelocityDescription> load_velocity(const Section& section, const std::string& key,
+                                                 SpaceDescription& space) {
+    const Value* value = find(section, key);
+    if (!value) return std::nullopt;
+    const std::string name = full_name(section, key), expected = "an array of 3 numbers or formulas in x y z";
+    if (value->kind != Value::Kind::array || value->items.size() != 3) fail(*value, name, expected);
+    VelocityDescription velocity;
+    velocity.location = value->location;
+    velocity.scope = space.formula ? space.formula->scope : formula_scope();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Value& item = value->items[i];
+        const std::string component = name + '[' + std::to_string(i) + ']';
+        const bool is_number = item.kind == Value::Kind::number || item.kind == Value::Kind::integer;
+        if (!is_number && item.kind != Value::Kind::string) fail(item, component, "a number or a formula in x y z");
+        velocity.nodes[i] = is_number ? number_node(velocity.scope, to_number(item, component, {-1e300, 1e300}))
+                                      : parse(velocity.scope, item, component, position_bits);
+        velocity.components[i] = to_toml(item);
+    }
+    if (space.formula) space.formula->scope.used_names = velocity.scope.used_names;
+    return velocity;
 }
 
 void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {

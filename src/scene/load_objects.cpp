@@ -1,4 +1,5 @@
 #include "scene/load_objects.h"
+#include "scene/load_formula.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ std::vector<std::string> keys_of(Shape shape) {
             shape_keys = {"file", "translate", "rotate", "scale"};
             break;
         case Shape::disk:
-            shape_keys = {"center", "normal", "inner", "outer", "temperature"};
+            shape_keys = {"center", "normal", "inner", "outer", "temperature", "velocity"};
             break;
     }
     keys.insert(keys.end(), shape_keys.begin(), shape_keys.end());
@@ -101,7 +102,7 @@ void load_sphere(const Section& section, ObjectDescription& object) {
     object.radius = to_number(require(section, "radius"), full_name(section, "radius"), positive_length);
 }
 
-void load_disk(const Section& section, ObjectDescription& object) {
+void load_disk(const Section& section, SpaceDescription& space, ObjectDescription& object) {
     object.center = require_vector(section, "center");
     read(section, "normal", object.normal, any_length);
     if (length(object.normal) == 0)
@@ -114,6 +115,7 @@ void load_disk(const Section& section, ObjectDescription& object) {
     object.outer = to_number(outer, full_name(section, "outer"), positive_length);
     if (object.outer <= object.inner)
         fail(outer, full_name(section, "outer"), "greater than inner = " + to_toml(object.inner));
+    object.velocity = load_velocity(section, "velocity", space);
     const Value* temperature = find(section, "temperature");
     if (!temperature) return;
     for (const char* key : {"color", "texture", "checker"}) {
@@ -140,7 +142,8 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
     read(section, "scale", object.scale, positive_length);
 }
 
-ObjectDescription load_object(const Value& table, const std::string& name, const std::string& directory) {
+ObjectDescription load_object(const Value& table, const std::string& name, const std::string& directory,
+                              SpaceDescription& space) {
     const Section section{&table, "object." + name, table.location};
     ObjectDescription object;
     object.name = name;
@@ -169,7 +172,7 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
             load_mesh_keys(section, directory, object);
             break;
         case Shape::disk:
-            load_disk(section, object);
+            load_disk(section, space, object);
             break;
     }
     return object;
@@ -207,7 +210,7 @@ Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey 
     return paint;
 }
 
-std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory) {
+std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space) {
     std::vector<ObjectDescription> objects;
     const Value* tables = find(root, "object");
     if (!tables) return objects;
@@ -225,7 +228,7 @@ std::vector<ObjectDescription> load_objects(const Value& root, const std::string
             throw InputError(location, "two objects are named " + to_toml(name) + "; the other one is in line " +
                                         std::to_string(other.location.line));
         }
-        objects.push_back(load_object(table, name, directory));
+        objects.push_back(load_object(table, name, directory, space));
     }
     return objects;
 }

@@ -12,7 +12,8 @@ enum class CheckerKey { counts, flag };
 Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey checker_key,
                  const std::string& directory);
 
-/// Loads all [[object]] tables of a scene file. Relative paths start at `directory`.
-std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory);
+/// Loads all [[object]] tables of a scene file. Relative paths start at `directory`. Formulas of objects may use the
+/// names of the space, which are then recorded as used.
+std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space);
 
 }  // namespace kagero

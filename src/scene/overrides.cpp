@@ -96,6 +96,13 @@ void erase_other_paints(Value& table, const Value& entry) {
     erase_if_set({"color", "checker", "texture"}, {"temperature"});
 }
 
+/// Removes from the table [camera] the key of the file that must not be stated together with the key of the override
+/// `entry`: `observer` or `velocity`. Keys of other overrides are kept, so that stating both is an error.
+void erase_other_motion(Value& camera, const Value& entry) {
+    const std::string other = entry.key == "velocity" ? "observer" : entry.key == "observer" ? "velocity" : "";
+    std::erase_if(camera.items, [&](const Value& item) { return item.key == other && item.location.line > 0; });
+}
+
 }  // namespace
 
 void apply_override(Value& root, const std::string& override_text, const std::string& option) {
@@ -115,6 +122,7 @@ void apply_override(Value& root, const std::string& override_text, const std::st
     for (std::size_t i = first_key; i + 1 < path.size(); ++i) table = &find_or_create_table(*table, path[i], location);
     value.key = path.back();
     if (path[0] == "object" || path[0] == "sky") erase_other_paints(*table, value);
+    if (path[0] == "camera") erase_other_motion(*table, value);
     // An existing key keeps its position in the table, because a formula in [space.let] may use the names before it.
     const auto old = std::find_if(table->items.begin(), table->items.end(),
                                   [&](const Value& item) { return item.key == value.key; });

@@ -17,6 +17,12 @@ std::string text_of(std::uint32_t number) {
     return std::to_string(number);
 }
 
+std::string text_of(const VelocityDescription& velocity) {
+    std::string list;
+    for (const std::string& component : velocity.components) append_to_list(list, component);
+    return '[' + list + ']';
+}
+
 /// Function object that writes lines "key = value".
 struct KeyLine {
     std::ostringstream& out;
@@ -79,6 +85,7 @@ void print_shape(const KeyLine& line, const ObjectDescription& object) {
             line("normal", object.normal);
             line("inner", object.inner);
             line("outer", object.outer);
+            if (object.velocity) line("velocity", *object.velocity);
             break;
     }
 }
@@ -98,16 +105,19 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
 }
 
 /// Writes the keys of a formula and its tables.
-void print_formula(std::ostringstream& out, const FormulaDescription& formula, const Double3& center) {
+void print_formula(std::ostringstream& out, const SpaceDescription& space) {
     const KeyLine line{out};
+    const FormulaDescription& formula = *space.formula;
     line("H", formula.energy);
     line("H0", formula.level);
     if (!formula.parts.empty())
         out << "parts = [" << to_toml(formula.parts[0]) << ", " << to_toml(formula.parts[1]) << "]\n";
     if (!formula.domain.empty()) line("domain", formula.domain);
+    if (!formula.far_domain.empty()) line("far_domain", formula.far_domain);
     if (!formula.capture.empty()) line("capture", formula.capture);
     if (!formula.length_scale.empty()) line("length_scale", formula.length_scale);
-    line("center", center);
+    line("center", space.center);
+    if (space.sky_frame) line("sky_frame", *space.sky_frame);
     out << "\n[space.constants]\n";
     for (const auto& [name, value] : formula.constants) line(name, value);
     if (formula.helpers.empty()) return;
@@ -156,7 +166,8 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     line("up", camera.up);
     if (camera.type == CameraType::perspective) line("fov", camera.fov);
     if (camera.type == CameraType::orthographic) line("height", camera.height);
-    line("observer", name_of(camera.observer));
+    if (camera.velocity) line("velocity", *camera.velocity);
+    else line("observer", name_of(camera.observer));
 }
 
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
@@ -173,8 +184,11 @@ std::string print_scene(const SceneDescription& scene) {
     out << "[space]\n";
     line("hamiltonian", scene.space.hamiltonian);
     for (const auto& [name, value] : scene.space.parameters) line(name, value);
-    if (scene.space.formula) print_formula(out, *scene.space.formula, scene.space.center);
-    else line("center", scene.space.center);
+    if (scene.space.formula) print_formula(out, scene.space);
+    else {
+        line("center", scene.space.center);
+        if (scene.space.sky_frame) line("sky_frame", *scene.space.sky_frame);
+    }
     print_integrator(out, scene.integrator);
     print_camera(out, scene.camera);
 

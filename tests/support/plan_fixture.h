@@ -60,7 +60,7 @@ inline std::optional<ObserverKind> observer_of(const std::string& name) {
 
 /// Returns the redshift of a ray of the plan's camera.
 inline double redshift_of(const Plan& plan, const PixelSample& ray) {
-    return kagero::redshift_of(plan.scene->space, plan.view.spacetime, plan.description().objects, ray);
+    return kagero::redshift_of(plan.scene->sources, plan.view.spacetime, ray);
 }
 
 /// Returns the names of the instruction sets for which modules were built and which this machine supports.

@@ -79,8 +79,8 @@ struct Kerr {
     }
 
     /// Rays that can cross the horizon inward are captured there. Inside r = 3M an inward ray is captured if its radial
-    /// potential (see radial_potential_bound) is positive down to the horizon; without spin this is true for every inward
-    /// ray. dr/dλ has the sign of r² x·v + a² z v_z.
+    /// potential (see radial_potential_bound) is positive down to the horizon; without spin this is true for every
+    /// inward ray. dr/dλ has the sign of r² x·v + a² z v_z.
     template <class V>
     static constexpr V captured(const Parameters<V>& k, const Vec3<V>& q, const Vec3<V>& p, const Vec3<V>& v,
                                 const V& pt) {

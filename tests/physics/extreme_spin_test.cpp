@@ -162,7 +162,7 @@ class MaximalSpin : public testing::TestWithParam<const char*> {};
 TEST_P(MaximalSpin, ProgradeLightNearTheCriticalImpactParameterTurns) {
     constexpr double start = 50, escape = 60;
     std::string scene = scene_with_hole(1);
-    scene.replace(scene.find("escape_radius = 40"), 18, "escape_radius = 60");
+    scene.replace(scene.find("escape_radius = 40"), 18, "escape_radius = 60\nmax_steps = 100000");
     const auto plan = plan_for_rays(scene, "", GetParam());
     for (int i = 0; i < 20; ++i) {
         const double b = 2 + 0.028 * (i + 0.5) / 20;

@@ -80,7 +80,7 @@ TEST_P(FallingCamera, SeesObjectsInsideTheHorizon) {
             const Real q[3] = {end.q[0], end.q[1], end.q[2]};
             EXPECT_NEAR(double(object.beyond(q)), 0, 1e-12) << i;
             KerrGeodesic::Place expected;
-            ASSERT_TRUE(ray.follow(object.beyond, 0.01L, expected)) << i;
+            ASSERT_TRUE(ray.follow(object.beyond, 0.001L, expected)) << i;
             EXPECT_LT(distance_between(expected, end), default_tolerance) << i;
         }
         EXPECT_GT(hits, 8);

@@ -108,41 +108,54 @@ bool MethodSearch::confirm_reference(const std::vector<RayEnd>& confirming, cons
     return true;
 }
 
-/// Traces the reference ends with the first pair of methods that the space supports. The default method of a compiled
-/// space, by which the rays have been traced already, may confirm them too. Returns false if no two methods agree, or
-/// if the budget does not suffice.
+/// Traces the reference ends with the first pair of methods that the space supports. If they do not agree, adaptive
+/// methods are tried again with a finer tolerance. Returns false if no two methods agree, or if the budget does not
+/// suffice.
 bool MethodSearch::trace_reference() {
     for (const ReferencePair& pair : reference_pairs) {
-        auto first = find_variant(plan_, pair.method, Strategy::packet, Precision::float64, pair.step),
-             second = find_variant(plan_, pair.confirming_method, Strategy::packet, Precision::float64,
-                                   pair.confirming_step);
-        if (!first || !second) continue;
-        for (Variant* variant : {&*first, &*second})
-            variant->step *= info_of(plan_, *variant).adaptive ? reference_tolerance(bound_, sample_.pixel_angle)
-                                                               : default_step(plan_, *variant);
-        Plan plan = plan_with_variant(plan_, *first), confirming_plan = plan_with_variant(plan_, *second);
-        plan.run.value_weight = confirming_plan.run.value_weight = reference_value_weight;
-        double operations = 0;
-        reference_.ends = trace_rays(plan, sample_.starts, &operations);
-        if (const double needed = spent_ + 3 * operations * double(rays); needed > budget_) {
-            std::ostringstream reason;
-            reason.precision(2);
-            reason << "the trial needs at least " << needed << " operations, and the picture permits " << budget_;
-            failure_reason = reason.str();
-            is_affordable = false;
-            return false;
-        }
-        reference = first;
-        reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
-                                                  trace_rays(plan, sample_.below));
-        trace_shadow_edge(plan);
-        const bool is_independent =
-            !plan_.description().space.formula && pair.method != std::string(plan_.method().name);
-        return (is_independent && confirm_reference(default_ends_, pair.method, plan_.method().name)) ||
-               confirm_reference(trace_rays(confirming_plan, sample_.starts), pair.method, pair.confirming_method);
+        const auto computing = find_variant(plan_, pair.method, Strategy::packet, Precision::float64, pair.step),
+                   confirming = find_variant(plan_, pair.confirming_method, Strategy::packet, Precision::float64,
+                                             pair.confirming_step);
+        if (!computing || !confirming) continue;
+        if (trace_reference_with(*computing, *confirming, 1)) return true;
+        constexpr double finer = 1e-2;
+        return is_affordable && info_of(plan_, *computing).adaptive &&
+               trace_reference_with(*computing, *confirming, finer);
     }
     failure_reason = "this space does not support two methods that could confirm each other";
     return false;
+}
+
+/// Traces the reference ends with the first method, and confirms them with the second one. `refinement` multiplies the
+/// tolerances. The default method of a compiled space, by which the rays have been traced already, may confirm them
+/// too.
+bool MethodSearch::trace_reference_with(Variant first, Variant second, double refinement) {
+    for (Variant* variant : {&first, &second})
+        variant->step *= info_of(plan_, *variant).adaptive
+                             ? refinement * reference_tolerance(bound_, sample_.pixel_angle)
+                             : default_step(plan_, *variant);
+    Plan plan = plan_with_variant(plan_, first), confirming_plan = plan_with_variant(plan_, second);
+    plan.run.value_weight = confirming_plan.run.value_weight = reference_value_weight;
+    double operations = 0;
+    const std::vector<RayEnd> ends = trace_rays(plan, sample_.starts, &operations);
+    if (const double needed = spent_ + 3 * operations * double(rays); needed > budget_) {
+        is_affordable = refinement < 1;
+        if (is_affordable) return false;  // the coarser reference remains
+        std::ostringstream reason;
+        reason.precision(2);
+        reason << "the trial needs at least " << needed << " operations, and the picture permits " << budget_;
+        failure_reason = reason.str();
+        return false;
+    }
+    reference_.ends = ends;
+    reference = first;
+    reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
+                                              trace_rays(plan, sample_.below));
+    trace_shadow_edge(plan);
+    const char *const method = info_of(plan_, first).name, *const confirming_method = info_of(plan_, second).name;
+    const bool is_independent = !plan_.description().space.formula && method != std::string(plan_.method().name);
+    return (is_independent && confirm_reference(default_ends_, method, plan_.method().name)) ||
+           confirm_reference(trace_rays(confirming_plan, sample_.starts), method, confirming_method);
 }
 
 /// Finds rays at the edge of a shadow and traces their reference ends.

@@ -41,6 +41,7 @@ public:
 
 private:
     bool trace_reference();
+    bool trace_reference_with(Variant first, Variant second, double refinement);
     bool confirm_reference(const std::vector<RayEnd>& confirming, const char* method, const char* confirming_method);
     bool has_float() const;
     void try_method(const char* name);

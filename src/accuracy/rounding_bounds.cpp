@@ -23,14 +23,13 @@ Double3 to_double3(const double (&x)[3]) { return {x[0], x[1], x[2]}; }
 
 void copy(const Double3& from, double (&to)[3]) { std::copy(from.begin(), from.end(), to); }
 
-/// Returns a normal of a surface at q, of any length. `primitive` is the index of a triangle; spheres ignore it.
-Double3 normal_at(const Surface& surface, std::uint32_t primitive, const Double3& q) {
-    if (surface.kind == Surface::Kind::sphere) return subtract(q, to_double3(surface.center));
-    const auto vertex = [&](int k) {
-        const double* v = surface.vertices + 3 * std::size_t{surface.triangles[3 * std::size_t{primitive} + k]};
-        return Double3{v[0], v[1], v[2]};
+/// Returns a normal of an object at q, of any length. `primitive` is the index of a triangle; spheres ignore it.
+Double3 normal_at(const ObjectGeometry& object, std::uint32_t primitive, const Double3& q) {
+    if (object.shape == Shape::sphere) return subtract(q, object.center);
+    const auto corner = [&](std::size_t k) {
+        return vertex(object.mesh, object.mesh.triangles[3 * std::size_t{primitive} + k]);
     };
-    return cross(subtract(vertex(1), vertex(0)), subtract(vertex(2), vertex(0)));
+    return cross(subtract(corner(1), corner(0)), subtract(corner(2), corner(0)));
 }
 
 /// Returns the normal of the surface or escape sphere on which a ray ends. For the edge of a medium, whose normal is
@@ -38,7 +37,7 @@ Double3 normal_at(const Surface& surface, std::uint32_t primitive, const Double3
 Double3 normal_at(const Plan& plan, const RayEnd& end) {
     const Double3 q = to_double3(end.q);
     if (end.status == Status::hit)
-        return normal_at(plan.scene->geometry->kernel_view()->surfaces[end.surface], end.primitive, q);
+        return normal_at(plan.scene->geometry->objects()[end.surface], end.primitive, q);
     constexpr double tolerance = 1e-3;
     const auto on_sphere = [&](double radius) { return std::abs(length(q) - radius) <= tolerance * radius; };
     return on_sphere(plan.scene->limits.escape_radius) || on_sphere(plan.scene->limits.inner_escape_radius)

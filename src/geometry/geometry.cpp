@@ -103,12 +103,8 @@ std::vector<Ring> rings_of(const std::vector<ObjectDescription>& descriptions,
     return rings;
 }
 
+/// Extends the bounds by an object as the kernels see it: reflected, if its surface is.
 void extend_bounds(Bounds& bounds, const ObjectGeometry& object, const Surface& surface) {
-    for (const std::uint32_t index : object.mesh.triangles) bounds.extend(vertex(object.mesh, index));
-    if (surface.kind == Surface::Kind::sphere) bounds.extend(object.center, surface.radius);
-}
-/// Extends the bounds by an object as the kernels see it, which may be reflected.
-void extend_bounds_by_reflection(Bounds& bounds, const ObjectGeometry& object, const Surface& surface) {
     for (const std::uint32_t index : object.mesh.triangles) {
         const double* v = surface.vertices + 3 * std::size_t{index};
         bounds.extend({v[0], v[1], v[2]});
@@ -119,7 +115,7 @@ void extend_bounds_by_reflection(Bounds& bounds, const ObjectGeometry& object, c
 
 Bounds bounds_of(const std::vector<ObjectGeometry>& objects, const std::vector<Surface>& surfaces) {
     Bounds bounds;
-    for (std::size_t i = 0; i < objects.size(); ++i) extend_bounds_by_reflection(bounds, objects[i], surfaces[i]);
+    for (std::size_t i = 0; i < objects.size(); ++i) extend_bounds(bounds, objects[i], surfaces[i]);
     return bounds;
 }
 

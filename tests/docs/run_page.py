@@ -4,7 +4,7 @@
     run_page.py PAGE BUILD WORK
 
 Runs the page's `sh` blocks from top to bottom in the folder WORK, which stands for the root of the repository: it
-contains a copy of the scenes, the empty folder docs/pictures, and build/release, a link to the build directory BUILD.
+contains copies of scenes and docs/spacetimes, the empty folder docs/pictures, and build/release, a link to BUILD.
 A block fails if one of its commands fails. A block of another language whose first line is a comment `# file: NAME` is
 written to the file NAME in WORK. A block after a line that begins with "Not run by the tests:" is not run, unless a
 heading lies between them.
@@ -62,10 +62,11 @@ def anchors_of(text):
 def prepare(work, build):
     """Creates the folder WORK."""
     shutil.rmtree(work, ignore_errors=True)
-    (work / "docs" / "pictures").mkdir(parents=True)
+    (work / "docs" / "pictures" / "spacetimes").mkdir(parents=True)
     (work / "build").mkdir()
     (work / "build" / "release").symlink_to(build)
     shutil.copytree(SOURCE / "scenes", work / "scenes", ignore=shutil.ignore_patterns("data", "*.cpp", "*.h"))
+    shutil.copytree(SOURCE / "docs" / "spacetimes", work / "docs" / "spacetimes")
 
 
 def file_of(content):

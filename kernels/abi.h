@@ -13,7 +13,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 33;
+inline constexpr std::uint32_t abi_version = 34;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -203,10 +203,12 @@ struct Job {
     double inner_escape_radius;  ///< A ray with a smaller |q| escapes into the second sheet; 0: there is none.
     /// Rays are captured only where |(x, y, capture_stretch·z)| ≤ capture_radius: no surface lies farther inward.
     double capture_radius = std::numeric_limits<double>::infinity(), capture_stretch = 1;
-    /// The black hole at the origin. Inside the sphere |q| = chart_radius, rays that move outward are followed in
-    /// ingoing coordinates. If chart_radius is 0, rays do not change their coordinates on the way.
+    /// The black hole at the origin. Rays that start in ingoing coordinates change to outgoing coordinates where they
+    /// leave the sphere |q| = chart_radius, or move inward inside it. If chart_radius is 0, rays keep their
+    /// coordinates.
     Hole hole;
     double chart_radius;
+    bool changes_chart_at_turns;  ///< Rays that turn outward inside that sphere change to ingoing coordinates.
     double parameter_limit;  ///< λ at which every ray ends exactly; infinity: no limit.
     bool use_symmetry;       ///< Cyclic coordinates are updated once per step if the method has `drift_kick`.
     HitModel hit;

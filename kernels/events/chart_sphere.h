@@ -1,7 +1,7 @@
-/// Changes between the two charts of a spinning black hole. Inside the sphere |q| = Job::chart_radius, rays that move
-/// outward are followed in ingoing coordinates, and rays that move inward in outgoing coordinates, because each is
-/// regular only there (kernels/observers/charts.h). Outside the sphere, all rays are in outgoing coordinates. The
-/// sphere contains no surfaces, except inside the horizon.
+/// Changes between the two charts of a spinning black hole. Near the horizon, rays that move outward are regular only
+/// in ingoing coordinates, and rays that move inward only in outgoing ones (kernels/observers/charts.h). A ray can
+/// therefore be in ingoing coordinates inside the sphere |q| = Job::chart_radius. Outside, all rays are in outgoing
+/// coordinates. The sphere contains no surfaces, except inside the horizon.
 #pragma once
 
 #include "kernels/events/event.h"
@@ -83,7 +83,7 @@ struct ChartSphere {
 };
 
 /// Returns the lanes of `active` whose ray is inside the sphere and outside the horizon, but not in the chart in which
-/// it is regular.
+/// it is regular. A ray that moves outward in outgoing coordinates counts only if Job::changes_chart_at_turns is set.
 template <class V>
 std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std::uint64_t active) {
     const RayState<V>& start = step.start;
@@ -98,7 +98,8 @@ std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std
         const double *x = state.q, *v = state.v,
                      radial = r * r * (x[0] * v[0] + x[1] * v[1] + x[2] * v[2]) + a2 * x[2] * v[2];
         const bool is_ingoing = (step.ingoing >> i) & 1;
-        if (r <= (1 + 1e-9) * horizon || (radial > 0) == is_ingoing) wrong &= ~(std::uint64_t(1) << i);
+        const bool is_wrong = is_ingoing ? radial <= 0 : radial > 0 && task.job.changes_chart_at_turns;
+        if (r <= (1 + 1e-9) * horizon || !is_wrong) wrong &= ~(std::uint64_t(1) << i);
     }
     return wrong;
 }

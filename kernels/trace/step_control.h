@@ -37,7 +37,9 @@ public:
         packet_.state.h = select(mask, next_length(), packet_.state.h);
     }
     /// Returns the lengths of the next steps.
-    V next_length() const { return length_(packet_.state.start, packet_.step_length); }
+    V next_length() const {
+        return length_(packet_.state.start, packet_.step_length, packet_.state.ingoing);
+    }
 
     /// Returns the lanes whose step is accepted. A step is rejected and halved if its implicit equations have no
     /// solution, if its end is not finite, or if it does not conserve H. A method with step control also rejects steps

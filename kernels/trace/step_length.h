@@ -33,19 +33,20 @@ public:
           has_bounds_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bending_radius) ||
                       ParameterLimit::exists(task)) {}
 
-    /// Returns the lengths of the next steps from `start`, given the proposed lengths.
-    V operator()(const RayState<V>& start, const V& proposed) const {
-        return has_bounds_ ? bounded_length(start, proposed) : proposed;
+    /// Returns the lengths of the next steps from `start`, given the proposed lengths. The rays of `ingoing` are in
+    /// ingoing coordinates.
+    V operator()(const RayState<V>& start, const V& proposed, std::uint64_t ingoing) const {
+        return has_bounds_ ? bounded_length(start, proposed, ingoing) : proposed;
     }
 
 private:
     /// Applies all bounds to the proposed lengths. A straight ray gets one step to the escape sphere. A ray outside the
     /// sphere of radius Job::bending_radius is straight up to that sphere and gets one step up to it.
-    V bounded_length(const RayState<V>& start, const V& proposed) const {
+    V bounded_length(const RayState<V>& start, const V& proposed, std::uint64_t ingoing) const {
         const Job& job = task_.job;
         V h = proposed;
         if (task_.straight) h = select(proposed > V(S(0)), straight_exit_length(task_, start), V(S(0)));
-        if (task_.kernel.bounds_steps && !task_.straight) h = limit_to_step_bound(start, h);
+        if (task_.kernel.bounds_steps && !task_.straight) h = limit_to_step_bound(start, h, ingoing);
         if (std::isfinite(job.bending_radius) && !task_.straight) {
             const V straight = min(straight_entry_length(start), straight_exit_length(task_, start));
             h = select(proposed > V(S(0)), max(h, straight), h);
@@ -54,9 +55,12 @@ private:
     }
     /// Limits |h dq/dτ| to the step bound of the Hamiltonian and, for adaptive methods, to Job::max_step_length and
     /// `longest_adaptive_step`.
-    V limit_to_step_bound(const RayState<V>& start, const V& h) const {
+    V limit_to_step_bound(const RayState<V>& start, const V& h, std::uint64_t ingoing) const {
         V bound = start.max_step_length;
-        if (task_.job.chart_radius > 0) bound = max(bound, chart_step_bound(start));
+        if (task_.job.chart_radius > 0) {
+            const MaskOf<V> is_regular = from_bits<V>(task_.job.changes_chart_at_turns ? ~std::uint64_t(0) : ingoing);
+            bound = select(is_regular, max(bound, chart_step_bound(start)), bound);
+        }
         if (task_.method.info.adaptive) {
             bound = min(bound, V(S(task_.job.max_step_length)));
             if (std::isfinite(task_.job.max_step_radius_ratio)) bound = min(bound, longest_adaptive_step(start));

@@ -198,6 +198,7 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.capture_stretch = scene.limits.capture_stretch;
     job.hole = scene.space.hole();
     job.chart_radius = changes_charts_on_the_way(scene, view) ? scene.limits.chart_radius : 0;
+    job.changes_chart_at_turns = is_nearly_extreme(scene.space);
     job.parameter_limit = run.parameter_limit;
     job.path_interval = run.path_interval;
     job.use_symmetry = run.use_symmetry;

@@ -113,9 +113,12 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     convert_lengths(description, info, scene->unit);
     scene->description = std::move(description);
     SceneDescription& s = scene->description;
-    if (s.space.formula)
-        scene->form_remark = adapt_to_form(*s.space.formula, subtract(s.camera.position, s.space.center),
-                                           purpose == Purpose::picture);
+    const Double3 camera = subtract(s.camera.position, s.space.center);
+    if (s.space.formula) {
+        const RayFrequency frequency = ray_frequency(*s.space.formula, camera, purpose == Purpose::picture);
+        s.space.formula->parsed.pt = frequency.pt;
+        scene->form_remark = frequency.remark;
+    }
     scene->space = make_space(s.space, module, s.integrator.escape_radius);
     if (s.space.formula) s.integrator = with_scaled_steps(*scene);
     scene->straight = scene->space.is_straight();
@@ -125,7 +128,6 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
     scene->sources = make_sources(scene->space, s, purpose == Purpose::picture);
     scene->limits = ray_limits(*scene, options, purpose);
-    const Double3 camera = subtract(s.camera.position, s.space.center);
     check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,
                               purpose == Purpose::picture ? camera.data() : nullptr, scene->unit);
     return scene;

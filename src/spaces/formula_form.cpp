@@ -104,22 +104,21 @@ FormulaForm form_of(const FormulaDescription& formula, const Double3& q) {
     return found;
 }
 
-std::string adapt_to_form(FormulaDescription& formula, const Double3& q, bool is_picture) {
+RayFrequency ray_frequency(const FormulaDescription& formula, const Double3& q, bool is_picture) {
+    const double pt = formula.parsed.pt;
     const FormulaForm form = form_of(formula, q);
-    if (!form.is_spacetime) return {};
-    double& pt = formula.parsed.pt;
+    if (!form.is_spacetime) return {pt, {}};
     if (pt == 0)
         throw InputError(formula.location,
                          "pt is 0; a spacetime needs `[space.constants] pt = 1`, the frequency of the light");
-    if (pt * form.backward_pt_sign > 0) return {};
+    if (pt * form.backward_pt_sign > 0) return {pt, {}};
     const std::string stated = "space.constants.pt = " + to_toml(pt),
                       signature = form.backward_pt_sign > 0 ? "-+++" : "+---";
     if (!is_picture)
-        return stated + " is the momentum of light that is followed forward in time, because H has the signature " +
-               signature + "; change the sign of pt to follow light backward, as pictures do";
-    pt = -pt;
-    return "pictures follow light backward in time; H has the signature " + signature + ", so pt = " + to_toml(pt) +
-           " is used instead of " + stated;
+        return {pt, stated + " is the momentum of light that is followed forward in time, because H has the " +
+                        "signature " + signature + "; change the sign of pt to follow light backward, as pictures do"};
+    return {-pt, "pictures follow light backward in time; H has the signature " + signature +
+                     ", so pt = " + to_toml(-pt) + " is used instead of " + stated};
 }
 
 std::string cause_of_missing_momentum(const FormulaDescription& formula, const Double3& q) {

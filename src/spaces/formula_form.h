@@ -21,10 +21,16 @@ struct FormulaForm {
 /// Returns the form of H at the position q, relative to the centre of the space.
 FormulaForm form_of(const FormulaDescription& formula, const Double3& q);
 
-/// Throws InputError if a formula describes a spacetime, but p_t is 0. For pictures, gives p_t the sign of light that
-/// is followed backward in time. Returns a remark for the user, or an empty string. `q` is the position of the camera
-/// relative to the centre of the space.
-std::string adapt_to_form(FormulaDescription& formula, const Double3& q, bool is_picture);
+/// The momentum p_t of rays, and a remark for the user; the remark is empty if the scene states a usual p_t.
+struct RayFrequency {
+    double pt;
+    std::string remark;
+};
+
+/// Returns p_t of the rays of a formula. For pictures of a spacetime, it has the sign of light that is followed
+/// backward in time; otherwise, it is that of the scene. `q` is the position of the camera relative to the centre of
+/// the space. Throws InputError if the formula describes a spacetime, but p_t is 0.
+RayFrequency ray_frequency(const FormulaDescription& formula, const Double3& q, bool is_picture);
 
 /// Returns the cause, if the form of H explains why no momentum has a certain direction; else an empty string.
 std::string cause_of_missing_momentum(const FormulaDescription& formula, const Double3& q);

@@ -92,7 +92,7 @@ TEST_P(NearExtremeHorizon, RaysOfAZamoEscapeWhereTheRadialPotentialAllowsIt) {
 }
 
 // Most rays of a zamo circle the hole several times, so that they take more steps than those of a falling observer.
-TEST_P(NearExtremeHorizon, RaysOfAZamoTakeLittleMoreWorkThanThoseOfAFallingObserver) {
+TEST_P(NearExtremeHorizon, RaysOfAZamoTakeAtMostSixTimesTheGradientsOfAFallingObserver) {
     const auto gradients = [](ObserverKind observer, const char* name) {
         const auto plan = plan_for_rays(extreme_scene, name, GetParam());
         return gradients_per_ray(traced(*plan, starts_in_all_directions(*plan, observer, 2000)));
@@ -121,7 +121,8 @@ TEST_F(ExtremePicture, HasOnlyEscapedAndCapturedRays) {
     }
 }
 
-TEST_F(ExtremePicture, TakesLittleMoreWorkThanThatOfAFallingObserver) {
+// The factor is that of the rays times that of the methods, which two trials choose.
+TEST_F(ExtremePicture, TakesAtMostTenTimesTheGradientsOfAFallingObserver) {
     EXPECT_LT(double(render("zamo")["gradients"]), 10 * double(render("falling")["gradients"]));
 }
 

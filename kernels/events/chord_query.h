@@ -2,7 +2,9 @@
 /// rules in this file make its result independent of that rounding close to the surfaces from which rays start.
 #pragma once
 
-#include "kernels/intersection/segment_query.h"
+#include "kernels/events/surface_starts.h"
+#include "kernels/intersection/passed_primitives.h"
+#include "kernels/intersection/segment_clipping.h"
 #include "kernels/intersection/triangle.h"
 #include "kernels/methods/task.h"
 
@@ -11,18 +13,13 @@
 
 namespace kagero {
 
-/// Returns lane i of a vector, in double precision.
-template <class V>
-Vec3<double> lane_of(const Vec3<V>& v, int i) {
-    return {double(get_lane(v.x, i)), double(get_lane(v.y, i)), double(get_lane(v.z, i))};
-}
-
 /// The surfaces that the lanes of a packet have hit.
 template <class V>
 struct SurfaceHits {
     std::uint32_t surface[lane_count<V>] = {}, primitive[lane_count<V>] = {};
     V piece_start{ScalarOf<V>(0)}, piece_end{ScalarOf<V>(0)};  ///< Ends of the hit piece, as fractions of the step.
     V t{ScalarOf<V>(0)};  ///< Embree's position of the hit, as a fraction of the chord of that piece.
+    std::uint64_t departing = 0;  ///< Lanes whose hit piece begins on the named surface where the ray starts.
 
     /// Returns the approximate position of the hit, as a fraction of the step.
     V hit_fraction() const { return fma(t, piece_end - piece_start, piece_start); }
@@ -38,11 +35,14 @@ public:
     SurfaceHits<V> hits;  ///< Valid in the lanes that the last call of `query` has returned.
 
     explicit ChordQuery(const Task<V>& task)
-        : task_(task), geometry_(*task.job.geometry), chord_only_(task.job.hit == HitModel::chord),
+        : task_(task), geometry_(*task.job.geometry), chord_only_(task.job.hit == HitModel::chord), starts_(geometry_),
           starts_off_surfaces_(starts_off_surfaces()) {}
 
-    /// Initializes `lanes` for new rays. The surface on which a ray starts does not count as hit.
-    void begin(std::uint64_t lanes) {
+    /// Initializes `lanes` for new rays. The surface on which a ray starts does not count as hit. The rays of
+    /// `on_surface` start on the given surfaces.
+    void begin(std::uint64_t lanes, std::uint64_t on_surface, const std::uint32_t* surface,
+               const std::uint32_t* primitive) {
+        starts_.begin(lanes, on_surface, surface, primitive);
         queries_ = select(from_bits<V>(lanes), V(S(0)), queries_);
         departing_ &= ~lanes;
         has_passed_ &= ~lanes;
@@ -50,20 +50,24 @@ public:
     }
     /// Ignores a surface on which the next step of `lanes` starts.
     void ignore_surface_at_start(std::uint64_t lanes) {
-        if (!starts_off_surfaces_) may_start_on_surface_ |= lanes;
+        starts_.restart(lanes);
+        if (!starts_off_surfaces_) may_start_on_surface_ |= lanes & ~starts_.named();
     }
 
     /// Ignores, in the next query of `lanes`, the primitives that their rays have just passed without hitting them.
-    void ignore_passed(std::uint64_t lanes, const std::uint32_t (&surface)[W], const std::uint32_t (&primitive)[W]) {
-        for (const int i : lanes_in(lanes)) {
-            passed_surface_[i] = surface[i];
-            passed_primitive_[i] = primitive[i];
-        }
+    void ignore_passed(std::uint64_t lanes, const PassedPrimitives<W>& passed) {
+        for (const int i : lanes_in(lanes)) passed_.copy_lane(i, passed);
         has_passed_ |= lanes;
     }
 
     /// Called after steps of `lanes` that were not queried: their next segment does not start on a surface.
-    void leave_surfaces(std::uint64_t lanes) { may_start_on_surface_ &= ~lanes; }
+    void leave_surfaces(std::uint64_t lanes) {
+        may_start_on_surface_ &= ~lanes;
+        starts_.leave(lanes);
+    }
+    /// Returns the named surfaces on which the rays start.
+    SurfaceStarts<V>& starts() { return starts_; }
+    const SurfaceStarts<V>& starts() const { return starts_; }
 
     /// Returns the surfaces that `lanes` have hit.
     LevelSet<V> level_sets(std::uint64_t lanes) const {
@@ -78,17 +82,19 @@ public:
     template <bool exact = false>
     std::uint64_t query(const Vec3<V>& a, const Vec3<V>& b, const V& s0, const V& s1, std::uint64_t open) {
         const std::uint64_t may_start_on_surface = open & may_start_on_surface_, passed = open & has_passed_,
-                            near_start = may_start_on_surface | passed | (open & departing_);
+                            on_named = open & (starts_.departing() | starts_.returning()),
+                            near_start = may_start_on_surface | passed | on_named | (open & departing_);
         may_start_on_surface_ &= ~open;
+        hits.departing &= ~open;
         departing_ &= ~open;
         has_passed_ &= ~open;
         Segments<W> segments;
-        V begin(S(0)), length(S(1));  // start and length of the queried segment, as fractions of the chord
-        if (near_start) {
-            begin = select(from_bits<V>(near_start), -start_extension(b - a), begin);
-            length = V(S(1)) - begin;
-        }
-        const Vec3<V> query_start = near_start ? advance(a, begin, b - a) : a;
+        V begin(S(0)), length(S(1)), extension(S(0));  // the queried segment, in fractions of the chord
+        if (near_start || !exact) extension = extension_of(b - a);
+        if (near_start) begin = select(from_bits<V>(near_start), -extension, begin);
+        length = exact ? V(S(1)) - begin : V(S(1)) + extension - begin;
+        const Vec3<V> query_start = near_start ? advance(a, begin, b - a) : a,
+                      query_end = exact ? b : advance(b, extension, b - a);
         const V scale(S(geometry_.scale));
         V size(S(0));  // greatest absolute coordinate of both ends, in Embree's coordinates
         const auto to_embree = [&](const V& start, const V& end, int k) {
@@ -98,13 +104,13 @@ public:
             to_floats(embree_start, segments.org[k]);
             to_floats((end - start) * scale, segments.dir[k]);
         };
-        to_embree(query_start.x, b.x, 0);
-        to_embree(query_start.y, b.y, 1);
-        to_embree(query_start.z, b.z, 2);
+        to_embree(query_start.x, query_end.x, 0);
+        to_embree(query_start.y, query_end.y, 1);
+        to_embree(query_start.z, query_end.z, 2);
         std::fill_n(segments.near, W, 0.0f);
         std::fill_n(segments.t, W, 0.0f);
         if (geometry_.has_spheres) {
-            const Vec3<V> whole = b - query_start;
+            const Vec3<V> whole = query_end - query_start;
             to_doubles(query_start.x, segments.exact_org[0]);
             to_doubles(query_start.y, segments.exact_org[1]);
             to_doubles(query_start.z, segments.exact_org[2]);
@@ -113,21 +119,25 @@ public:
             to_doubles(whole.z, segments.exact_dir[2]);
             const double greatest = greatest_margin / geometry_.scale;
             segments.margin = exact || chord_only_ ? 0 : std::min(task_.job.chord_tolerance, greatest);
-            for (int i = 0; i < W; ++i) segments.ignored[i] = (passed >> i) & 1 ? passed_surface_[i] : no_surface;
+            for (int i = 0; i < W; ++i) segments.ignored[i] = (passed >> i) & 1 ? passed_.surface[0][i] : no_surface;
         }
-        skip_outside_escape_sphere(query_start, b, segments);
+        skip_outside_escape_sphere(task_.job, query_start, query_end, segments);
         for (const int i : lanes_in(open & ~to_bits(size < V(S(clip_size))))) {
-            if (!clip(a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
+            if (!clip(geometry_, a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
         }
         queries_ = select(from_bits<V>(open), queries_ + V(S(1)), queries_);
-        std::uint64_t hit = kagero::query(geometry_.embree_scene, segments, open);
-        if (hit & near_start)
-            hit = remove_departed_surfaces(a, b, begin, length, segments, hit, hit & near_start, may_start_on_surface,
-                                           passed);
+        std::uint64_t hit = kagero::query(geometry_.embree_scene, segments, open & ~on_named);
+        std::uint64_t unsure = hit & near_start;
+        if (hit && !exact) unsure |= hit & to_bits(fractions_of(segments, begin, length) > V(S(1)) - extension);
+        if (unsure)
+            hit = remove_outside_segment(a, b, begin, length, segments, hit, unsure, may_start_on_surface, passed);
         if constexpr (exact) hit = confirm(a, b, begin, length, segments, hit, near_start, may_start_on_surface);
+        V returns_at(S(2));
+        if (on_named) hit |= query_at_start<exact>(a, b, begin, length, segments, open & on_named, returns_at);
         if (!hit) return 0;
         const MaskOf<V> mask = from_bits<V>(hit);
-        hits.t = select(mask, fractions_of(segments, begin, length), hits.t);
+        const V fractions = fractions_of(segments, begin, length);
+        hits.t = select(mask, select(returns_at <= V(S(1)), returns_at, fractions), hits.t);
         hits.piece_start = select(mask, s0, hits.piece_start);
         hits.piece_end = select(mask, s1, hits.piece_end);
         for (int i = 0; i < W; ++i) {
@@ -139,11 +149,17 @@ public:
     }
 
 private:
-    /// Returns the length, as a fraction of the chord, by which a query begins before the start of a piece. Without it,
-    /// Embree could miss surfaces close to the start because of its rounding in float.
-    V start_extension(const Vec3<V>& chord) const {
-        const V offset(S(double(start_offset) / geometry_.scale));
-        return offset / max(fast_sqrt(dot(chord, chord)), offset);
+    /// Returns the length, as a fraction of the chord, by which a query extends beyond the end of a piece, and, close
+    /// to surfaces, before its start. Without it, Embree could miss surfaces close to the ends of two successive pieces
+    /// because of its rounding in float.
+    V extension_of(const Vec3<V>& chord) const {
+        const V offset(S(double(end_offset) / geometry_.scale));
+        return offset / max(fast_sqrt(dot(chord, chord)), V(S(1e-3)) * offset);
+    }
+    /// Returns the greatest fraction of a chord at which a hit counts as one of this piece, up to rounding.
+    template <class T>
+    static T greatest_fraction(const T& extension) {
+        return fma(T(ScalarOf<T>(std::is_same_v<S, float> ? 0.1 : 1e-8)), extension, T(ScalarOf<T>(1)));
     }
     /// Converts the positions t on the queried segments to fractions of the chords a → b.
     static V fractions_of(const Segments<W>& segments, const V& begin, const V& length) {
@@ -152,19 +168,20 @@ private:
         return fma(length, lanes_of<V>(fraction), begin);
     }
 
-    /// Removes the hits of surfaces from which rays depart, since Embree's floats cannot show on which side of a close
-    /// surface a ray starts. Such lanes are queried again, and each candidate hit is tested in double precision.
-    /// Returns the lanes of `hit` that still hit a surface. The segments of the lanes `close` may start close to a
-    /// surface, and those of the lanes `may_start_on_surface` may start on one.
-    std::uint64_t remove_departed_surfaces(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
-                                           Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
-                                           std::uint64_t may_start_on_surface, std::uint64_t passed) {
-        const V least = start_extension(b - a);
+    /// Removes the hits of surfaces from which rays depart, and hits beyond the end of a piece, since Embree's floats
+    /// cannot show on which side of a close surface a piece begins or ends. Such lanes are queried again, and each
+    /// candidate hit is tested in double precision. Returns the lanes of `hit` that still hit a surface. The hits of
+    /// the lanes `close` are close to an end of the segment; the lanes `may_start_on_surface` may start on a surface.
+    std::uint64_t remove_outside_segment(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
+                                         Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
+                                         std::uint64_t may_start_on_surface, std::uint64_t passed) {
+        const V least = extension_of(b - a), greatest = greatest_fraction(least);
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
         std::uint64_t departed =
-            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(may_start_on_surface)));
+            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(may_start_on_surface)) |
+                            (fraction > greatest));
         for (const int i : lanes_in(passed & hit))
             if (has_passed(i, segments.surface[i], segments.primitive[i])) departed |= std::uint64_t(1) << i;
         if (!departed) return hit;
@@ -174,11 +191,79 @@ private:
             const double near = double(get_lane(length, i)) * double(t) + double(get_lane(begin, i));
             const LevelSet<double> level_set = level_set_of(geometry_.surfaces[surface], primitive);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
-            return !departs(level_set, from, to, chord_fraction(level_set, from, to, near), double(get_lane(least, i)),
-                            ((may_start_on_surface >> i) & 1) != 0);
+            const double at = chord_fraction(level_set, from, to, near);
+            return at <= double(get_lane(greatest, i)) && !departs(level_set, from, to, at, double(get_lane(least, i)),
+                                                                   ((may_start_on_surface >> i) & 1) != 0);
         };
         return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
+
+    /// Queries the segments of `lanes`, which begin on the named surface where the ray starts, or begin to return to
+    /// it. Returns the lanes that hit a surface. Sets `returns_at` to the fractions of the chords at which rays hit
+    /// their named surface.
+    template <bool exact>
+    std::uint64_t query_at_start(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
+                                 Segments<W>& segments, std::uint64_t lanes, V& returns_at) {
+        const std::uint64_t departing = lanes & starts_.departing();
+        const bool straight = exact || chord_only_;
+        for (const int i : lanes_in(straight ? departing : 0)) starts_.set_side(i, lane_of(a, i), lane_of(b - a, i));
+        std::uint64_t beside = 0;  // lanes that pass a neighbor of their triangle closely on the outside
+        bool accepts_beside = false;
+        const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
+            if (starts_.is_named(i, surface, primitive)) return false;
+            const double near = double(get_lane(length, i)) * double(t) + double(get_lane(begin, i));
+            const Surface& other = geometry_.surfaces[surface];
+            const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
+            const double at = chord_fraction(level_set_of(other, primitive), from, to, near);
+            if (at > greatest_fraction(double(get_lane(begin, i)) * -1)) return false;
+            if (!starts_.can_hit(i, surface, primitive, from, to, at)) return false;
+            const Vec3<double> x = advance(from, at, to - from);
+            if (!straight || contains(other, primitive, x, to - from, 0)) return true;
+            if (!starts_.is_neighbor(i, surface, primitive)) return false;
+            if (!contains(other, primitive, x, to - from, 1e-9 / geometry_.scale)) return false;
+            beside |= std::uint64_t(1) << i;
+            return accepts_beside && at * at * dot(to - from, to - from) * geometry_.scale * geometry_.scale < 1e-12;
+        };
+        std::uint64_t hit = query_filtered(geometry_.embree_scene, segments, lanes, accepts);
+        if (beside) {
+            hit |= query_around(geometry_.embree_scene, segments, std::uint64_t(beside), accepts);
+            // A start beyond the edge of its triangle by rounding may lie outside of all neighbors, but close to them.
+            accepts_beside = true;
+            const V near_start = begin + V(S(2)) * extension_of(b - a);
+            const std::uint64_t near = hit & to_bits(fractions_of(segments, begin, length) < near_start);
+            hit |= query_around(geometry_.embree_scene, segments, beside & ~near, accepts);
+        }
+        alignas(64) double fraction[W];
+        to_doubles(fractions_of(segments, begin, length), fraction);
+        for (const int i : lanes_in(hit))
+            fraction[i] = chord_fraction(level_set_of(geometry_.surfaces[segments.surface[i]], segments.primitive[i]),
+                                         lane_of(a, i), lane_of(b, i), fraction[i]);
+        const double reach = 4 * task_.job.chord_tolerance;
+        for (const int i : lanes_in(lanes)) {
+            const bool can_return = straight || ((departing >> i) & 1) == 0;
+            const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
+            const double at = can_return ? starts_.return_fraction(i, from, to, straight) : 2;
+            if (!(at <= 1) || (((hit >> i) & 1) != 0 && fraction[i] < at)) continue;
+            const Surface& named = geometry_.surfaces[starts_.surface(i)];
+            if (!contains(named, starts_.primitive(i), advance(from, at, to - from), to - from, reach)) continue;
+            segments.surface[i] = starts_.surface(i);
+            segments.primitive[i] = starts_.primitive(i);
+            set_lane(returns_at, i, S(at));
+            hit |= std::uint64_t(1) << i;
+        }
+        hits.departing |= hit & departing;
+        departing_ |= lanes & ~hit;
+        starts_.end_segments(lanes);
+        return hit;
+    }
+    /// Returns true if the line x + t·v passes through this triangle, or within `margin` of it, or if the surface is a
+    /// sphere.
+    bool contains(const Surface& surface, std::uint32_t primitive, const Vec3<double>& x, const Vec3<double>& v,
+                  double margin) const {
+        if (surface.kind == Surface::Kind::sphere) return true;
+        return bool(triangle_of(surface, primitive).contains_line(x, v, std::max(margin, starts_.rounding_at(x))));
+    }
+
     /// Confirms the hits of straight rays. Lanes whose ray passes its triangle on the outside are queried again, and
     /// each candidate hit is then tested in double precision. Returns the lanes of `hit` that hit a surface.
     std::uint64_t confirm(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, Segments<W>& segments,
@@ -191,7 +276,7 @@ private:
             confirmed_hits<V>(geometry_.surfaces, segments.surface, segments.primitive, hit,
                               advance(a, fraction, b - a), b - a, size);
         if (confirmed == hit) return hit;
-        const V least = start_extension(b - a);
+        const V least = extension_of(b - a);
         const auto accepts = [&](int i, std::uint32_t surface, std::uint32_t primitive, float t) {
             const double near = double(get_lane(length, i)) * double(t) + double(get_lane(begin, i));
             const Surface& candidate = geometry_.surfaces[surface];
@@ -201,18 +286,14 @@ private:
             if (((near_start >> i) & 1) != 0 &&
                 departs(level_set, from, to, at, double(get_lane(least, i)), ((may_start_on_surface >> i) & 1) != 0))
                 return false;
-            if (candidate.kind == Surface::Kind::sphere) return true;
-            const Vec3<double> x = advance(from, at, to - from);
-            const double greatest = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z), size});
-            return bool(triangle_of(candidate, primitive)
-                            .contains_line(x, to - from, 4 * double(machine_epsilon<S>) * greatest));
+            return contains(candidate, primitive, advance(from, at, to - from), to - from, 0);
         };
-        return confirmed | query_filtered(geometry_.embree_scene, segments, hit & ~confirmed, accepts);
+        return confirmed | query_around(geometry_.embree_scene, segments, hit & ~confirmed, accepts);
     }
 
     /// Returns true if the ray of a lane has just passed this triangle.
     bool has_passed(int lane, std::uint32_t surface, std::uint32_t primitive) const {
-        return surface == passed_surface_[lane] && primitive == passed_primitive_[lane] &&
+        return passed_.contains(lane, surface, primitive) &&
                geometry_.surfaces[surface].kind == Surface::Kind::triangles;
     }
 
@@ -223,7 +304,7 @@ private:
         if (!camera) return false;
         const double* q = camera->position;
         const double size = std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2])}) + 1 / geometry_.scale;
-        return camera->clearance > 2 * double(start_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
+        return camera->clearance > 2 * double(end_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
     }
 
     /// Returns the lanes in which a → b departs from the surface that the query has found at `fraction`, rather than
@@ -243,69 +324,21 @@ private:
         return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
-    /// For segments that begin outside the escape sphere, moves the start of the query to their entry into the sphere.
-    void skip_outside_escape_sphere(const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) const {
-        const S radius = S(task_.job.escape_radius);
-        const MaskOf<V> beyond = dot(a, a) > V(radius * radius);
-        if (!any(beyond)) return;
-        const V entry = chord_fraction(sphere_level_set(V(radius)), a, b, V(S(0)));
-        float entries[W];
-        to_floats(select(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
-        for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);
-    }
-
-    /// Clips the queried part of a → b in lane i to the cube of edge `clip_size` around the origin of Embree's
-    /// coordinates, in double precision. Returns false if the segment misses the cube.
-    bool clip(const Vec3<V>& a, const Vec3<V>& b, int i, Segments<W>& segments, V& begin, V& length) const {
-        const double start[3] = {double(get_lane(a.x, i)), double(get_lane(a.y, i)), double(get_lane(a.z, i))};
-        const double end[3] = {double(get_lane(b.x, i)), double(get_lane(b.y, i)), double(get_lane(b.z, i))};
-        const double old_begin = double(get_lane(begin, i)),
-                     near = old_begin + double(get_lane(length, i)) * double(segments.near[i]);
-        double enter = old_begin, leave = 1, org[3], dir[3];
-        for (int k = 0; k < 3; ++k) {
-            org[k] = (start[k] - geometry_.shift[k]) * geometry_.scale;
-            dir[k] = (end[k] - start[k]) * geometry_.scale;
-            const double half = 0.5 * double(clip_size), u = (-half - org[k]) / dir[k], v = (half - org[k]) / dir[k];
-            if (dir[k] == 0 && std::abs(org[k]) > half) return false;
-            if (dir[k] != 0) {
-                enter = std::max(enter, std::min(u, v));
-                leave = std::min(leave, std::max(u, v));
-            }
-        }
-        if (!(enter < leave)) return false;
-        const double clipped_length = leave - enter;
-        set_lane(begin, i, S(enter));
-        set_lane(length, i, S(clipped_length));
-        segments.near[i] = float(std::clamp((near - enter) / clipped_length, 0.0, 1.0));
-        if (geometry_.has_spheres)
-            for (int k = 0; k < 3; ++k) {
-                segments.exact_org[k][i] = start[k] + enter * (end[k] - start[k]);
-                segments.exact_dir[k][i] = clipped_length * (end[k] - start[k]);
-            }
-        for (int k = 0; k < 3; ++k) {
-            segments.org[k][i] = float(org[k] + enter * dir[k]);
-            segments.dir[k][i] = float(clipped_length * dir[k]);
-        }
-        return true;
-    }
-
     /// Distance from a surface below which floats do not distinguish its sides, in Embree's coordinates. It is about 30
     /// rounding errors of a coordinate of order one.
-    static constexpr float start_offset = 4e-6f;
-    /// In Embree's coordinates: a segment with an absolute coordinate of at least this value is clipped before a query,
-    /// to the cube with this edge around the origin.
-    static constexpr float clip_size = 8;
+    static constexpr float end_offset = 4e-6f;
 
     const Task<V>& task_;
     const Geometry& geometry_;
     bool chord_only_;           ///< True if each step is intersected as its chord.
+    SurfaceStarts<V> starts_;   ///< The named surfaces on which rays start.
     bool starts_off_surfaces_;  ///< True if no ray starts on a surface.
     V queries_ = S(0);
     /// Lanes whose next segment may start on a surface: the first segment of a ray, or the first one after an event
     /// that has changed the state of the ray.
     std::uint64_t may_start_on_surface_ = 0;
-    std::uint64_t has_passed_ = 0;  ///< Lanes whose ray has just passed a primitive, which the next query ignores.
-    std::uint32_t passed_surface_[W], passed_primitive_[W];
+    std::uint64_t has_passed_ = 0;  ///< Lanes whose ray has just passed primitives, which the next query ignores.
+    PassedPrimitives<W> passed_;
     std::uint64_t departing_ = 0;           ///< Lanes whose previous piece has departed from a close surface.
 };
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/events/all_events.h"
+#include "kernels/intersection/passed_primitives.h"
 
 namespace kagero {
 
@@ -23,6 +24,11 @@ struct DeferredEvents {
     V lo = S(0), hi = S(0);                  ///< Bounds of the event's position, as fractions of the step.
     V event_fraction = S(0);                 ///< Fraction of the step at the event: estimated, then refined.
     std::uint32_t surface[W], primitive[W];  ///< Surfaces and primitives that lanes with a SurfaceHit have hit.
+    PassedPrimitives<W> passed;  ///< Primitives that the ray passes on the outside; their hits were not confirmed.
+    /// Lanes whose ray starts on the sphere that it hits, and inside, although its start may lie outside by rounding.
+    std::uint64_t inside = 0;
+    std::uint64_t departing = 0;  ///< Lanes whose hit is on the first piece of a ray that starts on a named surface.
+    std::uint32_t start_surface[W], start_primitive[W];  ///< The named surfaces of the lanes of `departing`.
 
     /// Returns the lanes whose event has this effect.
     template <Effect effect>

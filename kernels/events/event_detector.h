@@ -34,9 +34,14 @@ public:
     const SceneIntersector<V>* scene() const { return scene_ ? &*scene_ : nullptr; }
     SceneIntersector<V>* scene() { return scene_ ? &*scene_ : nullptr; }
 
-    /// Initializes the detection for new rays in `lanes`.
-    void begin(std::uint64_t lanes) {
-        if (scene_) scene_->chords().begin(lanes);
+    /// Initializes the detection for new rays in `lanes`. The rays of `on_surface` start on the given surfaces.
+    void begin(std::uint64_t lanes, std::uint64_t on_surface, const std::uint32_t* surface,
+               const std::uint32_t* primitive) {
+        if (scene_) scene_->chords().begin(lanes, on_surface, surface, primitive);
+    }
+    /// Called where rays of `lanes` continue from an event: they are no longer at their start.
+    void leave_start(std::uint64_t lanes) {
+        if (scene_) scene_->chords().starts().forget(lanes);
     }
     /// Ignores a surface on which the next step of `lanes` starts. Called if this step starts at the start of a ray, or
     /// at an event that has changed the state of the ray.
@@ -44,8 +49,11 @@ public:
         if (scene_) scene_->chords().ignore_surface_at_start(lanes);
     }
     /// Ignores the deferred primitives in the next query of `lanes`, whose rays have passed them without a hit.
-    void ignore_passed(std::uint64_t lanes, const DeferredEvents<V, Events>& deferred) {
-        if (scene_) scene_->chords().ignore_passed(lanes, deferred.surface, deferred.primitive);
+    void ignore_passed(std::uint64_t lanes, DeferredEvents<V, Events>& deferred) {
+        if (!scene_) return;
+        for (const int i : lanes_in(lanes))
+            if (deferred.passed.count[i] == 0) deferred.passed.add(i, deferred.surface[i], deferred.primitive[i]);
+        scene_->chords().ignore_passed(lanes, deferred.passed);
     }
     /// Records which rays of `lanes` move away from the origin at `start`, where their next step begins.
     void start_steps(const RayState<V>& start, std::uint64_t lanes) {
@@ -139,6 +147,15 @@ private:
             KAGERO_ASSERT(hits.surface[i] < task_.job.geometry->surface_count);
             deferred.surface[i] = hits.surface[i];
             deferred.primitive[i] = hits.primitive[i];
+            deferred.passed.count[i] = 0;
+        }
+        const SurfaceStarts<V>& starts = scene_->chords().starts();
+        deferred.inside = (deferred.inside & ~lanes) | starts.inside(lanes, hits.surface);
+        deferred.departing &= ~lanes;
+        for (const int i : lanes_in(lanes & hits.departing)) {
+            deferred.departing |= std::uint64_t(1) << i;
+            deferred.start_surface[i] = starts.surface(i);
+            deferred.start_primitive[i] = starts.primitive(i);
         }
         found.lanes_of.template of<SurfaceHit>() |= lanes;
         found.within |= lanes;

@@ -104,7 +104,7 @@ private:
         decreasing_ = d.level_set.slope(chord_point, chord) < V(S(0));
         const MaskOf<V> spheres = with_level_set & (abs(d.level_set.a) > V(S(0)));
         // A ray that starts outside of a ball enters it; the chord may be nearly parallel to the surface.
-        const MaskOf<V> starts_outside = d.level_set.value(whole_step.start.q()) > V(S(0));
+        const MaskOf<V> starts_outside = (d.level_set.value(whole_step.start.q()) > V(S(0))) & from_bits<V>(~d.inside);
         decreasing_ = decreasing_ | (from_bits<V>(hits) & spheres & starts_outside);
         d.event_fraction = project_to_curve(estimate, spheres, chord_point, chord);
         const std::uint64_t not_on_curve = refine_on_curve(with_level_set);

@@ -68,13 +68,14 @@ private:
     /// not inside a clear box. Each lane skips its clear pieces first, so that one query contains many lanes.
     std::uint64_t query_pieces(const Curve<V>& curve, const V& piece_length, std::uint64_t lanes) {
         const V one(S(1)), half(S(0.5));
-        // A step of one piece is known to leave its clear box.
+        // A step of one piece is known to leave its clear box. So is the first piece of a ray that starts on a surface.
+        std::uint64_t starting = lanes & chords_.starts().departing();
         const std::uint64_t divided = geometry_.clearance ? lanes & to_bits(piece_length < one) : 0;
         const Extent<V> min_times = divided ? min_times_per_length(curve.slope_extent()) : Extent<V>{};
         std::uint64_t hit = 0, open = lanes;  // open: lanes with untested pieces
         V s0(S(0));
         while (open) {
-            for (std::uint64_t skipping = open & divided; skipping;) {
+            for (std::uint64_t skipping = open & divided & ~starting; skipping;) {
                 const Vec3<V> position = curve.at(s0);
                 V clear_length = clear_box_.min_exit_time(position, min_times);
                 if (const std::uint64_t leaving = skipping & ~to_bits(clear_length >= piece_length)) {
@@ -88,12 +89,38 @@ private:
                 open &= ~ended;
             }
             if (!open) break;
-            const V s1 = min(s0 + piece_length, one);
-            hit |= chords_.query(curve.at(s0), curve.at(s1), s0, s1, open);
+            V s1 = min(s0 + piece_length, one);
+            if (starting) s1 = ends_of_departure(curve, s1, starting);
+            const std::uint64_t hit_now = chords_.query(curve.at(s0), curve.at(s1), s0, s1, open);
+            if (starting & hit_now) begin_at_approach(curve, starting & hit_now);
+            starting = 0;
+            hit |= hit_now;
             open &= ~(hit | to_bits(s1 >= one));
             s0 = s1;
         }
         return hit;
+    }
+
+    /// Returns the ends of the first pieces of `lanes`, whose rays start on named surfaces. Pieces that begin to return
+    /// to this surface are shortened.
+    V ends_of_departure(const Curve<V>& curve, V end, std::uint64_t lanes) {
+        if (chord_only_) return end;
+        for (const int i : lanes_in(lanes))
+            set_lane(end, i, S(chords_.starts().end_of_departure(i, curve, double(get_lane(end, i)))));
+        return end;
+    }
+    /// Shortens the hit pieces of `lanes`, whose rays start on named surfaces: a piece then begins where the ray begins
+    /// to approach the surface that it has hit. Otherwise, refinement could find the other end of a short arc.
+    void begin_at_approach(const Curve<V>& curve, std::uint64_t lanes) {
+        if (chord_only_) return;
+        SurfaceHits<V>& hits = chords_.hits;
+        for (const int i : lanes_in(lanes)) {
+            const LevelSet<double> g = level_set_of(geometry_.surfaces[hits.surface[i]], hits.primitive[i]);
+            const double begin = chords_.starts().begin_of_approach(i, g, curve, double(get_lane(hits.piece_start, i)),
+                                                                    double(get_lane(hits.piece_end, i)));
+            if (begin > double(get_lane(hits.piece_start, i))) set_lane(hits.t, i, S(0.5));
+            set_lane(hits.piece_start, i, S(begin));
+        }
     }
 
     /// Returns the length of the pieces, as a fraction of the step. It is halved until chords are within the tolerance.

@@ -1,6 +1,8 @@
 /// Data that a query passes to the callbacks of Embree: the intersection of spheres and the filters of hits.
 #pragma once
 
+#include "kernels/surfaces.h"
+
 #include <cstdint>
 
 #include <rtcore.h>
@@ -20,8 +22,6 @@ struct ExactSegments {
 };
 /// Greatest margin, in Embree's coordinates.
 inline constexpr double greatest_margin = 1e-4;
-/// Value of an index that refers to no surface.
-inline constexpr std::uint32_t no_surface = ~std::uint32_t(0);
 
 /// Context of a query.
 #if RTC_VERSION_MAJOR >= 4

@@ -236,4 +236,28 @@ std::uint64_t query_filtered(void* embree_scene, Segments<W>& s, std::uint64_t a
     });
 }
 
+/// Shift of a segment that exceeds the rounding errors of a query, in Embree's coordinates.
+inline constexpr float query_shift = 1e-6f;
+
+/// Queries the active segments like `query_filtered`, and again shifted to all sides. Embree's floats may assign a
+/// segment close to an edge to the wrong triangle only; one of the shifted segments finds the other triangle. `accepts`
+/// must not depend on the shift. The first of all accepted intersections counts. Returns the lanes that hit.
+template <int W, class Accepts>
+std::uint64_t query_around(void* embree_scene, Segments<W>& s, std::uint64_t active, const Accepts& accepts) {
+    std::uint64_t hits = query_filtered(embree_scene, s, active, accepts);
+    for (int shift = 0; shift < 6; ++shift) {
+        Segments<W> shifted = s;
+        for (int i = 0; i < W; ++i) shifted.org[shift / 2][i] += shift % 2 ? -query_shift : query_shift;
+        const std::uint64_t found = query_filtered(embree_scene, shifted, active, accepts);
+        for (const int i : lanes_in(found)) {
+            if (((hits >> i) & 1) != 0 && s.t[i] <= shifted.t[i]) continue;
+            s.t[i] = shifted.t[i];
+            s.surface[i] = shifted.surface[i];
+            s.primitive[i] = shifted.primitive[i];
+        }
+        hits |= found;
+    }
+    return hits;
+}
+
 }  // namespace kagero

@@ -10,6 +10,16 @@ template <class V>
 struct Triangle {
     Vec3<V> corner[3];
 
+    /// Returns the centre of a single triangle.
+    Vec3<double> center() const { return (1.0 / 3) * (corner[0] + corner[1] + corner[2]); }
+    /// Returns true if two single triangles have a common corner.
+    bool has_common_corner(const Triangle& other) const {
+        for (const Vec3<V>& a : corner)
+            for (const Vec3<V>& b : other.corner)
+                if (a.x == b.x && a.y == b.y && a.z == b.z) return true;
+        return false;
+    }
+
     /// Returns the lanes in which the line x + t·v passes through the triangle. The volume of the tetrahedron of v and
     /// an edge, seen from x, has the same sign for all three edges if the line passes on the inner side of each edge
     /// (Plücker coordinates; Shevtsov et al. 2007). Volumes within the rounding errors of x and of the corners count as

@@ -138,7 +138,7 @@ void PacketTracer<V, Events>::load(RayQueue<W>& queue, std::uint64_t free) {
     if (packet_.filled) loader_.load_more(starts, lanes);
     else loader_.load_first(starts, lanes);
     control_.begin(lanes);
-    detector_.begin(lanes);
+    detector_.begin(lanes, starts.on_surface, starts.surface, starts.primitive);
     if (recorder_.records) recorder_.begin(lanes);
     loader_.activate(starts, lanes);
     if (algorithm_ != TraceAlgorithm::closed_form) start_steps(lanes);
@@ -332,7 +332,8 @@ void PacketTracer<V, Events>::resume(std::uint64_t lanes) {
         }
     });
     loader_.resume(state_at_event, deferred.step, lanes);
-    detector_.ignore_surface_at_start(lanes);
+    detector_.leave_start(lanes);
+    detector_.ignore_surface_at_start(lanes & ~refiner_->missed);
     start_steps(lanes);
 }
 

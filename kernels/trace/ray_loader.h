@@ -64,6 +64,9 @@ public:
         const MaskOf<V> mask = from_bits<V>(lanes);
         StepperState<V> fresh = state;
         RayState<V>::for_each_number(fresh.start, state_at_event, CopyLanes<V>{mask});
+        // The motion in the orbit plane follows from q and p, and from their rounding errors in the memory, here 0.
+        if (task_.method.info.angular)
+            for (V& number : fresh.start.stepper_memory) number = V(S(0));
         task_.begin(fresh);
         fresh.gradients = select(mask, step.gradients, fresh.gradients);
         state.copy_lanes(fresh, mask);

@@ -22,7 +22,9 @@ struct RayStarts {
     alignas(64) double y[state_size][W];      ///< Components x y z px py pz pt.
     std::uint64_t captured, escaped, failed;  ///< Lanes whose RayStart states that the ray ends at its start.
     std::uint64_t ingoing;       ///< Lanes whose start is in ingoing coordinates.
+    std::uint64_t on_surface;    ///< Lanes whose RayStart names the surface on which the ray starts.
     Failure failure[W];                       ///< Reasons for the lanes of `failed`.
+    std::uint32_t surface[W], primitive[W];   ///< Named surfaces and triangles of the lanes of `on_surface`.
 
     /// Sets the start of one lane.
     void set(int lane, const RayStart& ray) {
@@ -36,6 +38,9 @@ struct RayStarts {
         captured |= std::uint64_t(ray.captured) << lane;
         escaped |= std::uint64_t(ray.escaped) << lane;
         ingoing |= std::uint64_t(ray.ingoing) << lane;
+        on_surface |= std::uint64_t(ray.surface != no_surface) << lane;
+        surface[lane] = ray.surface;
+        primitive[lane] = ray.primitive;
     }
     /// Copies the start of one of `lanes` to all other lanes.
     void fill_idle_lanes(std::uint64_t lanes) {
@@ -69,7 +74,7 @@ void generate_camera_rays(const CameraRays& camera, const double (&x)[W], const 
         }
         rays.y[component_pt][i] = p[3] * scale;
     }
-    rays.captured = rays.escaped = rays.failed = 0;
+    rays.captured = rays.escaped = rays.failed = rays.on_surface = 0;
     rays.ingoing = map.ingoing ? all_lane_bits<W> : 0;
     if (map.pt != 0 && map.has_no_surfaces)
         for (int i = 0; i < W; ++i) rays.captured |= std::uint64_t(!(rays.y[component_pt][i] * map.pt > 0)) << i;
@@ -143,7 +148,7 @@ public:
         if (job_.camera) {
             generate_camera_rays(*job_.camera, center_x, center_y, starts);
         } else {
-            starts.captured = starts.escaped = starts.failed = starts.ingoing = 0;
+            starts.captured = starts.escaped = starts.failed = starts.ingoing = starts.on_surface = 0;
             for (const int i : lanes_in(filled)) starts.set(i, job_.rays[ray_indices[i]]);
         }
         return filled;

@@ -18,7 +18,7 @@ public:
     StepControl(const Task<V>& task, Packet<V>& packet, RayEndWriter<V>& writer)
         : task_(task), packet_(packet), writer_(writer), length_(task), stalled_(task.job) {}
 
-    /// Resets the counters of `lanes` for new rays.
+    /// Resets the counters of `lanes` for new rays, which must have been loaded.
     void begin(std::uint64_t lanes) {
         repeated_ &= ~lanes;
         rejected_ &= ~lanes;
@@ -27,7 +27,7 @@ public:
             halvings_[i] = rejections_[i] = 0;
             halvings_of_ray_[i] = 0;
         }
-        stalled_.begin(lanes);
+        if (stalled_.exist) stalled_.begin(lanes, packet_.state.start);
     }
     /// Sets the first step lengths of the rays in `lanes`.
     void start_steps(std::uint64_t lanes) {
@@ -152,11 +152,10 @@ private:
         for (const int i : lanes_in(lanes)) {
             if (halvings_[i]++ >= max_halvings || halvings_of_ray_[i]++ >= max_halvings_of_ray)
                 failed |= std::uint64_t(1) << i;
-            if (halvings_of_ray_[i] > max_halvings_while_growing) often_halved |= std::uint64_t(1) << i;
+            if (is_often_halved(i)) often_halved |= std::uint64_t(1) << i;
         }
         if (stalled_.exist && often_halved) {
-            const std::uint64_t growing =
-                stalled_.with_diverging_momentum(packet_.state, packet_.state.start, 0.1, often_halved);
+            const std::uint64_t growing = stalled_.with_growing_momentum(packet_.state, often_halved);
             writer_.fail_at_step_start(growing, Failure::momentum_diverges);
             lanes &= ~growing;
             failed &= ~growing;
@@ -164,6 +163,13 @@ private:
         if (failed) lanes &= ~end_at_edge(failed);
         restart(lanes, packet_.state.h * V(S(0.5)));
         if (failed &= lanes) writer_.fail_rays(failed, unsolved, not_conserved);
+    }
+    /// Returns true if the ray of a lane has been halved so often, or at such a cost, that it fails if its momentum
+    /// grows. The stages of a rejected implicit step take hundreds of gradients.
+    bool is_often_halved(int lane) const {
+        const int halvings = halvings_of_ray_[lane];
+        return halvings > max_halvings_while_growing ||
+               (halvings > max_costly_halvings && get_lane(packet_.state.gradients, lane) > S(costly_gradients));
     }
     /// Ends those of `lanes` from whose position a step along the tangent leads beyond an event. If H is NaN beyond an
     /// event, every step across it is rejected. After many halvings, the ray is closer to the event than one step.
@@ -192,8 +198,9 @@ private:
     /// Total number of halvings after which a ray fails. A ray that needs many halvings in most of its steps would take
     /// very long.
     static constexpr int max_halvings_of_ray = 4000;
-    /// Total number of halvings after which a ray fails whose momentum has grown to a tenth of its limit.
-    static constexpr int max_halvings_while_growing = 12;
+    /// Total numbers of halvings after which a ray fails whose momentum grows (StalledRays::with_growing_momentum). The
+    /// second number is for rays that have taken more than `costly_gradients`.
+    static constexpr int max_halvings_while_growing = 12, max_costly_halvings = 3, costly_gradients = 1500;
 
     const Task<V>& task_;
     Packet<V>& packet_;

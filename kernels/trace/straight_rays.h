@@ -27,7 +27,9 @@ void end_straight_rays(const Task<V>& task, Packet<V>& packet, SceneIntersector<
     if (hits) {
         writer.set_surfaces(scene->hits().surface, scene->hits().primitive);
         fraction = chord_fraction(scene->chords().level_sets(hits), from, to, scene->hits().t);
-        hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | (fraction < V(S(0))));
+        // A start on a named surface may lie within rounding behind the surface that the ray hits.
+        const MaskOf<V> is_behind = (fraction < V(S(0))) & !from_bits<V>(scene->hits().departing);
+        hits &= ~to_bits(is_outside(task, advance(from, fraction, to - from)) | is_behind);
     }
     if (hits != leaving)
         fraction = select(from_bits<V>(hits), fraction,

@@ -1,6 +1,8 @@
 // Tests that hits of meshes and spheres do not depend on the rounding of Embree's floats. Closed meshes have no holes
 // at corners and edges, and rays that pass a surface at a distance of 1e-9 of its size do not hit it. With
-// KAGERO_RAYS=N, each test traces N rays instead of some thousands.
+// KAGERO_RAYS=N, each test traces N rays instead of some thousands; with KAGERO_FIRST_RAY=K, it begins with ray K of
+// the same sequence.
+#include "tests/support/closed_meshes.h"
 #include "tests/support/plan_fixture.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +14,6 @@ namespace kagero::test {
 namespace {
 
 constexpr double radius = 2;
-constexpr int columns = 48, rows = 24;
 /// An isotropic medium in which rays are bent and run along the same path in both directions.
 const char* const lens =
     "hamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1 + 0.4*exp(-(x^2 + y^2 + z^2)/4))^2)\"\n";
@@ -21,53 +22,21 @@ const char* const flat = "hamiltonian = \"flat\"\n";
 /// An object that no ray of the tests meets.
 const char* const far_away = "shape = \"sphere\"\nradius = 0.01\ncenter = [7, 0, 0]\n";
 
-int number_of_rays() {
-    const char* wanted = std::getenv("KAGERO_RAYS");
-    return wanted ? std::atoi(wanted) : 4000;
+int environment_number(const char* name, int otherwise) {
+    const char* wanted = std::getenv(name);
+    return wanted ? std::atoi(wanted) : otherwise;
 }
+/// Returns the number of the first ray, which is even.
+int first_ray() { return environment_number("KAGERO_FIRST_RAY", 0) / 2 * 2; }
+int number_of_rays() { return environment_number("KAGERO_RAYS", 4000); }
+/// Returns the number behind that of the last ray.
+int end_of_rays() { return first_ray() + number_of_rays(); }
 
 std::string scene_with(const char* space, const std::string& object) {
     return "[space]\n" + std::string(space) +
            "[integrator]\nescape_radius = 8\n[camera]\nposition = [5, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
            "[film]\nsize = [4, 4]\n[[object]]\nname = \"thing\"\n" + object;
 }
-
-/// Corners and triangles of a closed ball. The coordinates are floats.
-struct Ball {
-    std::vector<Double3> corners;
-    std::vector<std::array<std::size_t, 3>> triangles;
-
-    Ball() {
-        for (int i = 1; i < rows; ++i)
-            for (int k = 0; k < columns; ++k) {
-                const double polar = i * std::numbers::pi / rows, azimuth = 2 * std::numbers::pi * (k + 0.3) / columns;
-                Double3 corner = scaled({std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
-                                         std::cos(polar)},
-                                        radius);
-                for (double& x : corner) x = double(float(x));
-                corners.push_back(corner);
-            }
-        corners.push_back({0, 0, radius});
-        corners.push_back({0, 0, -radius});
-        const std::size_t north = corners.size() - 2, south = corners.size() - 1;
-        const auto at = [](int i, int k) { return std::size_t((i - 1) * columns + k % columns); };
-        for (int k = 0; k < columns; ++k) {
-            triangles.push_back({north, at(1, k), at(1, k + 1)});
-            triangles.push_back({south, at(rows - 1, k + 1), at(rows - 1, k)});
-            for (int i = 1; i + 1 < rows; ++i) {
-                triangles.push_back({at(i, k), at(i + 1, k), at(i + 1, k + 1)});
-                triangles.push_back({at(i, k), at(i + 1, k + 1), at(i, k + 1)});
-            }
-        }
-    }
-    std::string obj() const {
-        std::ostringstream text;
-        text.precision(17);
-        for (const auto& [x, y, z] : corners) text << "v " << x << ' ' << y << ' ' << z << '\n';
-        for (const auto& [a, b, c] : triangles) text << "f " << a + 1 << ' ' << b + 1 << ' ' << c + 1 << '\n';
-        return text.str();
-    }
-};
 
 class ExactHits : public testing::TestWithParam<const char*> {
 protected:
@@ -103,7 +72,7 @@ protected:
     }
     static Double3 point_of(const RayEnd& end) { return {end.q[0], end.q[1], end.q[2]}; }
 
-    const Ball ball_;
+    const ClosedMesh ball_ = ball_mesh(radius);
     std::mt19937 random_{17};
 };
 
@@ -111,17 +80,18 @@ TEST_P(ExactHits, StraightRaysDoNotPassCornersAndEdges) {
     const auto plan = plan_with_ball(flat);
     std::vector<RayInput> rays;
     std::vector<Double3> targets;
-    for (int i = 0; i < number_of_rays(); ++i) {
+    for (int i = 0; i < end_of_rays(); ++i) {
         const Double3 to = target();
         const bool is_inside = i % 2;
         const Double3 from = is_inside ? scaled(direction(), 1.2) : add(scaled(unit(to), 5), direction());
+        if (i < first_ray()) continue;
         rays.push_back({from, subtract(to, from)});
         targets.push_back(to);
     }
     const std::vector<RayEnd> ends = ends_of(*plan, rays);
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        ASSERT_EQ(ends[i].status, Status::hit) << i;
-        ASSERT_LT(length(subtract(point_of(ends[i]), targets[i])), 1e-12) << i;
+        ASSERT_EQ(ends[i].status, Status::hit) << first_ray() + int(i);
+        ASSERT_LT(length(subtract(point_of(ends[i]), targets[i])), 1e-12) << first_ray() + int(i);
     }
 }
 
@@ -132,10 +102,11 @@ TEST_P(ExactHits, BentRaysDoNotPassCornersAndEdges) {
     const auto without_ball = plan_with(lens, far_away);
     std::vector<RayInput> outward;
     std::vector<Double3> targets;
-    for (int i = 0; i < number_of_rays(); ++i) {
-        targets.push_back(target());
-        const Double3 away = unit(targets.back());
-        outward.push_back({targets.back(), add(scaled(away, i % 2 ? -1.5 : 1.5), direction())});
+    for (int i = 0; i < end_of_rays(); ++i) {
+        const Double3 to = target(), along = add(scaled(unit(to), i % 2 ? -1.5 : 1.5), direction());
+        if (i < first_ray()) continue;
+        targets.push_back(to);
+        outward.push_back({to, along});
     }
     without_ball->run.parameter_limit = 1.5;  // inside the ball, the paths are shorter than its diameter
     std::vector<RayInput> back;
@@ -143,8 +114,8 @@ TEST_P(ExactHits, BentRaysDoNotPassCornersAndEdges) {
         back.push_back({point_of(end), scaled({end.v[0], end.v[1], end.v[2]}, -1)});
     const std::vector<RayEnd> ends = ends_of(*plan, back);
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        ASSERT_EQ(ends[i].status, Status::hit) << i;
-        ASSERT_LT(length(subtract(point_of(ends[i]), targets[i])), 1e-6) << i;
+        ASSERT_EQ(ends[i].status, Status::hit) << first_ray() + int(i);
+        ASSERT_LT(length(subtract(point_of(ends[i]), targets[i])), 1e-6) << first_ray() + int(i);
     }
 }
 
@@ -153,7 +124,7 @@ TEST_P(ExactHits, StraightRaysThatPassATriangleDoNotHitIt) {
     const std::array<Double3, 3> corner{{{-2, -1, 0.5}, {2, -1, 0.25}, {0.5, 2, -0.5}}};
     const Double3 normal = unit(cross(subtract(corner[1], corner[0]), subtract(corner[2], corner[0])));
     std::vector<RayInput> rays;
-    for (int i = 0; i < number_of_rays(); ++i) {
+    for (int i = 0; i < end_of_rays(); ++i) {
         const std::size_t k = random_() % 3;
         const Double3 &a = corner[k], &b = corner[(k + 1) % 3];
         const Double3 outward = unit(cross(subtract(b, a), normal));
@@ -162,24 +133,26 @@ TEST_P(ExactHits, StraightRaysThatPassATriangleDoNotHitIt) {
         Double3 along = direction();
         if (std::abs(dot(along, normal)) < 0.2) along = normal;
         const Double3 to = add(on_edge, scaled(outward, i % 2 ? 4e-9 : -4e-9));
+        if (i < first_ray()) continue;
         rays.push_back({subtract(to, scaled(along, 3)), along});
     }
     const std::vector<RayEnd> ends = ends_of(*plan, rays);
     for (std::size_t i = 0; i < ends.size(); ++i)
-        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << i;
+        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << first_ray() + int(i);
 }
 
 TEST_P(ExactHits, StraightRaysThatPassASphereDoNotHitIt) {
     const auto plan = plan_with(flat, "shape = \"sphere\"\nradius = 2\ncenter = [0.3, 0.1, -0.2]\n");
     std::vector<RayInput> rays;
-    for (int i = 0; i < number_of_rays(); ++i) {
+    for (int i = 0; i < end_of_rays(); ++i) {
         const Double3 along = direction(), across = unit(cross(along, direction()));
+        if (i < first_ray()) continue;
         const Double3 nearest = add({0.3, 0.1, -0.2}, scaled(across, 2 * (1 + (i % 2 ? 1e-9 : -1e-9))));
         rays.push_back({subtract(nearest, scaled(along, 4)), along});
     }
     const std::vector<RayEnd> ends = ends_of(*plan, rays);
     for (std::size_t i = 0; i < ends.size(); ++i)
-        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << i;
+        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << first_ray() + int(i);
 }
 
 // The medium is symmetric around the centre of the sphere. A ray is traced from the point of its path nearest to the
@@ -190,15 +163,16 @@ TEST_P(ExactHits, BentRaysThatPassASphereDoNotHitIt) {
     without_sphere->run.parameter_limit = 3;
     const auto height = [](std::size_t i) { return i % 2 ? 1e-8 : -1e-8; };
     std::vector<RayInput> outward, back;
-    for (int i = 0; i < number_of_rays(); ++i) {
+    for (int i = 0; i < end_of_rays(); ++i) {
         const Double3 along = direction(), across = unit(cross(along, direction()));
+        if (i < first_ray()) continue;
         outward.push_back({scaled(across, 1.5 + height(std::size_t(i))), along});
     }
     for (const RayEnd& end : ends_of(*without_sphere, outward))
         back.push_back({point_of(end), scaled({end.v[0], end.v[1], end.v[2]}, -1)});
     const std::vector<RayEnd> ends = ends_of(*plan, back);
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << i;
+        ASSERT_EQ(ends[i].status, i % 2 ? Status::escaped : Status::hit) << first_ray() + int(i);
         if (ends[i].status == Status::hit) {
             EXPECT_NEAR(length(point_of(ends[i])), 1.5, 1e-10);
         }

@@ -75,7 +75,7 @@ private:
         explicit NestingGuard(Parser& parser) : parser_(parser) {
             if (++parser_.depth_ > max_depth)
                 parser_.fail("the formula has more than " + std::to_string(max_depth) +
-                             " levels of nesting; define parts of it in [space.let]");
+                             " levels of nesting; define parts of it in the table `let`");
         }
         ~NestingGuard() { --parser_.depth_; }
         NestingGuard(const NestingGuard&) = delete;
@@ -204,7 +204,7 @@ private:
             if (name == lower_case) near = name;
         }
         if (near.empty()) near = near_match(token.text, known);
-        if (!called && formula_.name == "space.let." + token.text)
+        if (!called && formula_.name.ends_with(".let." + token.text))
             message += ", because a helper cannot use the name that it defines";
         message += near.empty() ? "; legal names: " : "; did you mean " + near + "? Legal names: ";
         fail_at(formula_, token.position, message + list);

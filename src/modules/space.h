@@ -4,9 +4,13 @@
 #include "kernels/abi.h"
 
 #include <array>
+#include <string>
 #include <vector>
 
 namespace kagero {
+
+/// Returns the index of a Hamiltonian in Module::hamiltonians. Throws InputError if the module has none of this name.
+std::uint32_t hamiltonian_index(const Module& module, const std::string& name);
 
 /// A space. Positions and momenta are relative to the origin of the Hamiltonian, in its unit of length.
 struct Space {

@@ -1,5 +1,7 @@
 #include "scene/description.h"
 
+#include <algorithm>
+
 namespace kagero {
 
 const std::vector<std::string>& refill_names() {
@@ -25,6 +27,28 @@ const std::vector<std::string>& shape_names() {
 const std::vector<std::string>& face_names() {
     static const std::vector<std::string> names{"px", "nx", "py", "ny", "pz", "nz"};
     return names;
+}
+
+const std::vector<std::string>& material_names() {
+    static const std::vector<std::string> names{"surface", "mirror", "boundary"};
+    return names;
+}
+
+const std::vector<std::string>& fresnel_names() {
+    static const std::vector<std::string> names{"auto", "transmit", "none"};
+    return names;
+}
+
+const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t index) {
+    static const std::string space = "space";
+    return index == 0 ? space : scene.media[index - 1].name;
+}
+
+bool uses_medium(const SceneDescription& scene, std::uint32_t index) {
+    if (scene.camera.medium_index == index) return true;
+    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const ObjectDescription& object) {
+        return object.material == Material::boundary && (object.interior == index || object.exterior == index);
+    });
 }
 
 const HamiltonianInfo* Catalogue::hamiltonian_named(const std::string& name) const {

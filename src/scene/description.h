@@ -30,6 +30,7 @@ struct VelocityDescription {
 
 /// A Hamiltonian that is written in the scene file: the texts of its formulas, and the parsed formulas.
 struct FormulaDescription {
+    std::string table = "space";                   ///< Name of its table, for messages: "space" or "medium.NAME".
     std::string energy;                            ///< Text of H.
     double level = 0;                              ///< H0, the value of H on every ray.
     std::vector<std::string> parts;                ///< Texts of H_A and H_B, or empty.
@@ -45,7 +46,7 @@ struct FormulaDescription {
     FileLocation location;                         ///< Position of the key H.
 };
 
-/// The table [space].
+/// The table [space], or the space of a [[medium]].
 struct SpaceDescription {
     std::string hamiltonian;
     std::optional<FormulaDescription> formula;     ///< Only if `hamiltonian` is "formula".
@@ -70,7 +71,7 @@ enum class Refill { automatic, on, off };
 /// Returns the names of the values of Refill in scene files, in the same order.
 const std::vector<std::string>& refill_names();
 
-/// The table [integrator].
+/// The table [integrator], or [medium.integrator].
 struct IntegratorDescription {
     std::string method;                ///< Stated or default method; never empty after loading.
     /// Positions of the keys, for messages; empty if the scene does not state the key.
@@ -94,6 +95,15 @@ struct IntegratorDescription {
     std::optional<RescalingDescription> rescaling;
 };
 
+/// One table [[medium]]: a space inside the surfaces that bound it. Index 0 of a medium is [space], and index i is
+/// SceneDescription::media[i - 1].
+struct MediumDescription {
+    std::string name;
+    SpaceDescription space;
+    IntegratorDescription integrator;
+    FileLocation location;
+};
+
 /// Returns "static", "zamo", "falling", "coordinate": the names of the values of ObserverKind, in the same order.
 const std::vector<std::string>& observer_names();
 inline const std::string& name_of(ObserverKind observer) {
@@ -114,7 +124,10 @@ struct CameraDescription {
     ObserverKind observer = ObserverKind::static_;
     std::optional<VelocityDescription> velocity;  ///< Replaces `observer` if the scene states it.
     FileLocation position_location;    ///< Position of the key `position`, for messages.
-    std::optional<FileLocation> fov_location, observer_location;  ///< Empty if the scene does not state the key.
+    std::string medium = "auto";       ///< The medium around the camera: a name, or "auto".
+    std::optional<std::uint32_t> medium_index;  ///< Index of the stated medium; empty for "auto".
+    /// Positions of the keys; empty if the scene does not state the key.
+    std::optional<FileLocation> fov_location, observer_location, medium_location;
 };
 
 /// The table [film].
@@ -123,6 +136,7 @@ struct FilmDescription {
     std::uint32_t spp = 1;             ///< Rays per pixel.
     std::uint32_t seed = 0;            ///< Seed for the positions of rays in a pixel, if spp > 1.
     std::vector<std::string> layers{"color"};
+    std::uint32_t max_bounces = 8;  ///< Greatest number of mirrors and boundaries on the path of a pixel.
 };
 
 /// The paint of a surface or a sky.
@@ -148,6 +162,18 @@ const std::vector<std::string>& shape_names();
 const std::vector<std::string>& face_names();
 enum class Shading { emission, lambert };
 
+/// The effect of a surface on rays: it ends them, reflects them, or is the boundary of two media.
+enum class Material { surface, mirror, boundary };
+/// Returns the names of the values of Material in scene files, in the same order.
+const std::vector<std::string>& material_names();
+
+/// The light that a boundary transmits and reflects. `automatic` divides it by Fresnel's equations where paths are
+/// sampled, and otherwise follows the stronger part. `transmit` transmits all light where that is possible, and `none`
+/// applies no Fresnel factor.
+enum class Fresnel { automatic, transmit, none };
+/// Returns "auto", "transmit", "none": the names of the values of Fresnel in scene files, in the same order.
+const std::vector<std::string>& fresnel_names();
+
 /// One table [[object]].
 struct ObjectDescription {
     std::string name;
@@ -166,6 +192,12 @@ struct ObjectDescription {
     Double3 translate{}, rotate{}; double scale = 1;  // mesh; rotate in degrees
     Paint paint;
     Shading shading = Shading::emission;
+    Material material = Material::surface;
+    std::uint32_t interior = 0, exterior = 0;  // boundary: indices of the media
+    Fresnel fresnel = Fresnel::automatic;      // boundary
+    Double3 tint{1, 1, 1};                     // mirror, boundary: factor for the light
+    /// Positions of the keys; that of the object if the scene does not state the key.
+    FileLocation material_location, interior_location, exterior_location;
     FileLocation location;
 };
 
@@ -181,7 +213,14 @@ struct SceneDescription {
     SkyDescription sky;
     SkyDescription far_sky;                        ///< Sky of the second sheet, or of the region of far_domain.
     std::vector<ObjectDescription> objects;
+    std::vector<MediumDescription> media;
 };
+
+/// Returns the name of the medium with this index: "space" for 0.
+const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t index);
+
+/// Returns true if the object or the camera of a scene states the medium with this index.
+bool uses_medium(const SceneDescription& scene, std::uint32_t index);
 
 /// Returns the names in a table of Hamiltonians or integrators.
 template <class Info>

@@ -44,22 +44,26 @@ std::vector<std::string> split_path(const std::string& text, std::size_t& end, c
     return path;
 }
 
-/// Returns the object with the given name. An object without a name is named object-N if it is object number N.
-Value& object_named(Value& root, const std::string& name, const FileLocation& location) {
+/// Returns the table with the given name in the array `array`, "object" or "medium". An object without a name is named
+/// object-N if it is object number N.
+Value& table_named(Value& root, const std::string& array, const std::string& name, const FileLocation& location) {
     std::vector<std::string> names;
     for (Value& item : root.items) {
-        if (item.key != "object" || item.kind != Value::Kind::array) continue;
-        for (Value& object : item.items) {
-            const Value* given = find(object, "name");
+        if (item.key != array || item.kind != Value::Kind::array) continue;
+        for (Value& table : item.items) {
+            const Value* given = find(table, "name");
             const bool has_name = given && given->kind == Value::Kind::string;
-            names.push_back(has_name ? given->string : "object-" + std::to_string(names.size() + 1));
-            if (names.back() == name) return object;
+            names.push_back(has_name ? given->string : array + '-' + std::to_string(names.size() + 1));
+            if (names.back() == name) return table;
         }
     }
-    std::string message = "there is no object " + to_toml(name);
+    const std::string plural = array == "medium" ? "media" : "objects";
+    std::string message = "there is no " + array + ' ' + to_toml(name);
     const std::string near = near_match(name, names);
     if (!near.empty()) message += "; did you mean " + to_toml(near) + '?';
-    message += names.empty() ? "; the scene has no objects" : near.empty() ? "; the objects are:" : " The objects are:";
+    message += names.empty()  ? "; the scene has no " + plural
+               : near.empty() ? "; the " + plural + " are:"
+                              : " The " + plural + " are:";
     for (const std::string& known : names) message += ' ' + known;
     throw InputError(location, message);
 }
@@ -114,9 +118,11 @@ void apply_override(Value& root, const std::string& override_text, const std::st
 
     Value* table = &root;
     std::size_t first_key = 0;  // index in `path` of the first key below `table`
-    if (path[0] == "object") {
-        if (path.size() < 3) throw InputError(location, "an override of an object has the form object.NAME.key=value");
-        table = &object_named(root, path[1], location);
+    if (path[0] == "object" || path[0] == "medium") {
+        if (path.size() < 3)
+            throw InputError(location, "an override of " + std::string(path[0] == "object" ? "an " : "a ") + path[0] +
+                                           " has the form " + path[0] + ".NAME.key=value");
+        table = &table_named(root, path[0], path[1], location);
         first_key = 2;
     }
     for (std::size_t i = first_key; i + 1 < path.size(); ++i) table = &find_or_create_table(*table, path[i], location);

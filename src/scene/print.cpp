@@ -3,6 +3,7 @@
 
 #include "scene/value.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace kagero {
@@ -90,12 +91,30 @@ void print_shape(const KeyLine& line, const ObjectDescription& object) {
     }
 }
 
-void print_object(std::ostringstream& out, const ObjectDescription& object) {
+/// Writes the keys of a mirror or boundary.
+void print_material(const KeyLine& line, const SceneDescription& scene, const ObjectDescription& object) {
+    line("material", material_names()[static_cast<std::size_t>(object.material)]);
+    if (object.material == Material::boundary) {
+        line("interior", name_of_medium(scene, object.interior));
+        line("exterior", name_of_medium(scene, object.exterior));
+        line("fresnel", fresnel_names()[static_cast<std::size_t>(object.fresnel)]);
+    }
+    line("tint", object.tint);
+}
+
+/// Writes an object. `has_materials` is true if the scene has a mirror or boundary.
+void print_object(std::ostringstream& out, const SceneDescription& scene, const ObjectDescription& object,
+                  bool has_materials) {
     const KeyLine line{out};
     out << "\n[[object]]\n";
     line("name", object.name);
     line("shape", shape_names()[static_cast<std::size_t>(object.shape)]);
     print_shape(line, object);
+    if (object.material != Material::surface) {
+        print_material(line, scene, object);
+        return;
+    }
+    if (has_materials) line("material", material_names()[0]);
     if (object.temperature > 0) line("temperature", object.temperature);
     else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
     line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
@@ -104,8 +123,8 @@ void print_object(std::ostringstream& out, const ObjectDescription& object) {
     if (faces_differ) print_faces(out, object);
 }
 
-/// Writes the keys of a formula and its tables.
-void print_formula(std::ostringstream& out, const SpaceDescription& space) {
+/// Writes the keys of a formula and its tables. `table` is the name of the table of the space.
+void print_formula(std::ostringstream& out, const SpaceDescription& space, const std::string& table) {
     const KeyLine line{out};
     const FormulaDescription& formula = *space.formula;
     line("H", formula.energy);
@@ -118,16 +137,30 @@ void print_formula(std::ostringstream& out, const SpaceDescription& space) {
     if (!formula.length_scale.empty()) line("length_scale", formula.length_scale);
     line("center", space.center);
     if (space.sky_frame) line("sky_frame", *space.sky_frame);
-    out << "\n[space.constants]\n";
+    out << "\n[" << table << ".constants]\n";
     for (const auto& [name, value] : formula.constants) line(name, value);
     if (formula.helpers.empty()) return;
-    out << "\n[space.let]\n";
+    out << "\n[" << table << ".let]\n";
     for (const auto& [name, text] : formula.helpers) line(name, text);
 }
 
-void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator) {
+/// Writes the keys of a space. `table` is the name of its table.
+void print_space(std::ostringstream& out, const SpaceDescription& space, const std::string& table) {
     const KeyLine line{out};
-    out << "\n[integrator]\n";
+    line("hamiltonian", space.hamiltonian);
+    for (const auto& [name, value] : space.parameters) line(name, value);
+    if (space.formula) {
+        print_formula(out, space, table);
+        return;
+    }
+    line("center", space.center);
+    if (space.sky_frame) line("sky_frame", *space.sky_frame);
+}
+
+/// Writes the table of an integrator.
+void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator, const std::string& table) {
+    const KeyLine line{out};
+    out << "\n[" << table << "]\n";
     // A default method is written as a TOML comment if it may still change: a trial may choose another method unless
     // the scene states a step or tolerance; with a stated rescaling, the method may not support the rescaling. A
     // default step or tolerance is a comment too, because a trial chooses it. If the default is an orbit method, the
@@ -157,7 +190,16 @@ void print_integrator(std::ostringstream& out, const IntegratorDescription& inte
     line("rescale", integrator.rescale);
 }
 
-void print_camera(std::ostringstream& out, const CameraDescription& camera) {
+/// Writes the table of a medium.
+void print_medium(std::ostringstream& out, const MediumDescription& medium) {
+    out << "\n[[medium]]\n";
+    KeyLine{out}("name", medium.name);
+    print_space(out, medium.space, "medium");
+    print_integrator(out, medium.integrator, "medium.integrator");
+}
+
+/// Writes the table [camera]. The medium is written if it is stated, or if the scene has boundaries.
+void print_camera(std::ostringstream& out, const CameraDescription& camera, bool has_boundaries) {
     const KeyLine line{out};
     out << "\n[camera]\n";
     line("type", name_of(camera.type));
@@ -168,6 +210,7 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera) {
     if (camera.type == CameraType::orthographic) line("height", camera.height);
     if (camera.velocity) line("velocity", *camera.velocity);
     else line("observer", name_of(camera.observer));
+    if (has_boundaries || camera.medium_location) line("medium", camera.medium);
 }
 
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
@@ -181,16 +224,17 @@ void print_sky(std::ostringstream& out, const std::string& name, const SkyDescri
 std::string print_scene(const SceneDescription& scene) {
     std::ostringstream out;
     const KeyLine line{out};
+    const auto has_material = [&](Material material) {
+        return std::any_of(scene.objects.begin(), scene.objects.end(),
+                           [&](const ObjectDescription& object) { return object.material == material; });
+    };
+    const bool has_boundaries = has_material(Material::boundary),
+               has_materials = has_boundaries || has_material(Material::mirror);
     out << "[space]\n";
-    line("hamiltonian", scene.space.hamiltonian);
-    for (const auto& [name, value] : scene.space.parameters) line(name, value);
-    if (scene.space.formula) print_formula(out, scene.space);
-    else {
-        line("center", scene.space.center);
-        if (scene.space.sky_frame) line("sky_frame", *scene.space.sky_frame);
-    }
-    print_integrator(out, scene.integrator);
-    print_camera(out, scene.camera);
+    print_space(out, scene.space, "space");
+    print_integrator(out, scene.integrator, "integrator");
+    for (const MediumDescription& medium : scene.media) print_medium(out, medium);
+    print_camera(out, scene.camera, has_boundaries);
 
     out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
     line("spp", scene.film.spp);
@@ -198,9 +242,11 @@ std::string print_scene(const SceneDescription& scene) {
     std::string layers;
     for (const std::string& layer : scene.film.layers) append_to_list(layers, to_toml(layer));
     out << "layers = [" << layers << "]\n";
+    if (has_materials || scene.film.max_bounces != FilmDescription().max_bounces)
+        line("max_bounces", scene.film.max_bounces);
     print_sky(out, "sky", scene.sky);
     if (scene.space.has_second_sheet) print_sky(out, "sky.far", scene.far_sky);
-    for (const ObjectDescription& object : scene.objects) print_object(out, object);
+    for (const ObjectDescription& object : scene.objects) print_object(out, scene, object, has_materials);
     return out.str();
 }
 

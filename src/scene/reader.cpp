@@ -44,6 +44,13 @@ Section section(const Value& root, const std::string& key) {
     return {table, key, table->location};
 }
 
+Section subsection(const Section& section, const std::string& key) {
+    const Value* table = find(section, key);
+    if (table && table->kind != Value::Kind::table)
+        fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
+    return {table, full_name(section, key), table ? table->location : section.location};
+}
+
 std::string full_name(const Section& section, const std::string& key) {
     return section.name.empty() ? key : section.name + '.' + key;
 }

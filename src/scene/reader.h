@@ -27,6 +27,8 @@ inline constexpr Range any_angle{-36000, 36000};
 
 /// Returns the table `key` of a document. A missing table is not an error.
 Section section(const Value& root, const std::string& key);
+/// Returns the table `key` inside a section. A missing table is not an error.
+Section subsection(const Section& section, const std::string& key);
 
 /// Returns the full name of a key, as in the option -D: "camera.fov" or "object.floor.radius".
 std::string full_name(const Section& section, const std::string& key);

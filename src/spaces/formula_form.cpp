@@ -109,10 +109,10 @@ RayFrequency ray_frequency(const FormulaDescription& formula, const Double3& q, 
     const FormulaForm form = form_of(formula, q);
     if (!form.is_spacetime) return {pt, {}};
     if (pt == 0)
-        throw InputError(formula.location,
-                         "pt is 0; a spacetime needs `[space.constants] pt = 1`, the frequency of the light");
+        throw InputError(formula.location, "pt is 0; a spacetime needs `[" + formula.table +
+                                               ".constants] pt = 1`, the frequency of the light");
     if (pt * form.backward_pt_sign > 0) return {pt, {}};
-    const std::string stated = "space.constants.pt = " + to_toml(pt),
+    const std::string stated = formula.table + ".constants.pt = " + to_toml(pt),
                       signature = form.backward_pt_sign > 0 ? "-+++" : "+---";
     if (!is_picture)
         return {pt, stated + " is the momentum of light that is followed forward in time, because H has the " +
@@ -124,7 +124,8 @@ RayFrequency ray_frequency(const FormulaDescription& formula, const Double3& q, 
 std::string cause_of_missing_momentum(const FormulaDescription& formula, const Double3& q) {
     if (!form_of(formula, q).has_time_coordinate) return {};
     return "H is indefinite in px, py, pz, as if one of the coordinates x, y, z was a time; rays are curves in space, "
-           "so write the momentum of the time as pt, with [space.constants] pt = 1";
+           "so write the momentum of the time as pt, with [" +
+           formula.table + ".constants] pt = 1";
 }
 
 }  // namespace kagero

@@ -2,14 +2,16 @@
 // printed and read again must be printed as the same text. The files of textures and meshes are not opened.
 #include "error.h"
 #include "plan/scene.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 #include "scene/print.h"
 #include "target.h"
 
 #include <string>
 
 const char* const fuzz_words =
-    "[space] [integrator] [camera] [film] [sky] [sky.far] [[object]] [object.faces] [space.constants] [space.let] = [ "
+    "[space] [integrator] [camera] [film] [sky] [sky.far] [[object]] [object.faces] [space.constants] [space.let] "
+    "[[medium]] [medium.integrator] [medium.constants] [medium.let] material interior exterior fresnel tint medium "
+    "max_bounces uniform mirror boundary surface transmit auto none glass = [ "
     "] { } , # \" ''' "
     "hamiltonian rg center spin mass throat seed method step tolerance solver_tolerance max_steps escape_radius hit "
     "cull rescale refill "

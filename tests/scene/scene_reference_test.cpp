@@ -1,9 +1,9 @@
 // Tests of docs/reference/scene.md, the reference of scene files. It must document exactly the keys that the loader
 // accepts, with their ranges, names and defaults.
-#include "scene/load.h"
+#include "plan/plan.h"
+#include "scene/load/load.h"
 #include "scene/print.h"
 #include "scene/toml.h"
-#include "plan/plan.h"
 #include "scene/value.h"
 
 #include <gtest/gtest.h>
@@ -21,10 +21,14 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// A scene with one object of each shape. The name of an object is its shape. Keys with a default are left out.
+/// A scene with a medium and one object of each shape. The name of an object is its shape. Keys with a default are left
+/// out.
 constexpr const char* every_shape =
     R"([space]
 hamiltonian = "wormhole"
+[[medium]]
+name = "glass"
+hamiltonian = "uniform"
 [camera]
 position = [0, 0, 9]
 look_at = [0, 0, 0]
@@ -74,11 +78,23 @@ struct Table {
 };
 
 std::vector<Table> tables() {
+    const std::vector<Override> boundary{"object.sphere.material=boundary", "object.sphere.interior=glass"};
     std::vector<Table> all{
         {"space", {}, {"`[space]`"}, {}, {"throat"}},
         {"space", {"space.hamiltonian=formula", "space.H=px^2"}, {"`[space]`", "`hamiltonian = \"formula\"`"}, {}, {}},
         {"integrator", {}, {"`[integrator]`"}, {}, {}},
+        {"medium.glass", {}, {"`[[medium]]`"}, {}, {"n0"}},
+        {"medium.glass",
+         {"medium.glass.hamiltonian=formula", "medium.glass.H=px^2"},
+         {"`[[medium]]`", "`hamiltonian = \"formula\"`"},
+         {"far_domain"},
+         {}},
+        {"medium.glass.integrator", {}, {"`[integrator]`"}, {}, {}},
         {"camera", {}, {"`[camera]`"}, {"height"}, {}},
+        {"camera", boundary, {"`[camera]`"}, {"height"}, {}},
+        {"film", boundary, {"`[film]`"}, {}, {}},
+        {"object.disk", boundary, {"`[[object]]`", "`shape = \"disk\"`"}, {}, {}},
+        {"object.sphere", boundary, {"`[[object]]`", "`shape = \"sphere\"`"}, {}, {}},
         {"camera", {"camera.type=orthographic"}, {"`[camera]`"}, {}, {}},
         {"film", {}, {"`[film]`"}, {}, {}},
         {"sky", {}, {"`[sky]`"}, {}, {}},

@@ -1,15 +1,15 @@
 /// Plans for tests, made from the text or the file of a scene in the same way as the program makes them.
 #pragma once
 
-#include "film/write_film.h"
 #include "accuracy/end_errors.h"
 #include "appearance/redshift.h"
+#include "film/write_film.h"
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "rays/camera.h"
 #include "rays/start_rays.h"
 #include "render/trace.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 
 #include <unistd.h>
 

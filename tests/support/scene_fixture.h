@@ -2,9 +2,9 @@
 /// scene files.
 #pragma once
 
-#include "scene/load.h"
-#include "scene/print.h"
 #include "scene/description.h"
+#include "scene/load/load.h"
+#include "scene/print.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "scene/load_formula.h"
+#include "scene/load/load_formula.h"
 
 #include "formula/nodes.h"
 #include "formula/parser.h"
@@ -13,14 +13,6 @@ namespace {
 /// Bits of FormulaScope::variables: position x y z, momentum px py pz, and all variables, including pt.
 constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bits = 0b1111111;
 
-/// Returns the table `key` inside a section.
-Section table_in(const Section& section, const std::string& key) {
-    const Value* table = find(section, key);
-    if (table && table->kind != Value::Kind::table)
-        fail(*table, full_name(section, key), "a table: [" + full_name(section, key) + "]");
-    return {table, full_name(section, key), table ? table->location : section.location};
-}
-
 /// Parses the formula of a key. `allowed` contains the bits of the variables on which the formula may depend. Returns
 /// the index of its root.
 std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& name, unsigned allowed = all_bits) {
@@ -30,13 +22,13 @@ std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& n
         if (!((forbidden >> i) & 1)) continue;
         const std::string legal = allowed == position_bits ? "x y z r theta phi rho" : "x y z pt r theta phi rho";
         throw InputError(value.location, name + " = " + to_toml(value.string) + " depends on " + formula_variables[i] +
-                                          "; it may depend only on " + legal);
+                                             "; it may depend only on " + legal);
     }
     return node;
 }
 
 void load_constants(const Section& section, FormulaDescription& formula) {
-    const Section table = table_in(section, "constants");
+    const Section table = subsection(section, "constants");
     if (!table.table) return;
     for (const Value& item : table.table->items) {
         const double value = to_number(item, full_name(table, item.key), {-1e300, 1e300});
@@ -47,7 +39,7 @@ void load_constants(const Section& section, FormulaDescription& formula) {
 }
 
 void load_helpers(const Section& section, FormulaDescription& formula) {
-    const Section table = table_in(section, "let");
+    const Section table = subsection(section, "let");
     if (!table.table) return;
     for (const Value& item : table.table->items) {
         const std::string name = full_name(table, item.key);
@@ -59,7 +51,7 @@ void load_helpers(const Section& section, FormulaDescription& formula) {
 
 /// Throws InputError if the parts do not sum to H. The sum and H are compared at pseudo-random points. Points at which
 /// one of them is not finite are skipped.
-void check_parts(const Value& parts, const FormulaDescription& formula) {
+void check_parts(const Section& section, const Value& parts, const FormulaDescription& formula) {
     constexpr int point_count = 64;
     constexpr double tolerance = 1e-10;  // rounding of a few hundred operations, and cancellation
     double seed = 0.5;
@@ -75,22 +67,23 @@ void check_parts(const Value& parts, const FormulaDescription& formula) {
         if (std::abs(h - a - b) <= tolerance * (1 + std::abs(h) + std::abs(a) + std::abs(b))) continue;
         std::string coordinates;
         for (std::size_t k = 0; k < 6; ++k) append_to_list(coordinates, to_toml(point[k]));
-        throw InputError(parts.location, "space.parts do not sum to space.H: at (x y z px py pz) = (" + coordinates +
-                                          "), the parts give " + to_toml(a) + " + " + to_toml(b) + ", but H is " +
-                                          to_toml(h));
+        throw InputError(parts.location, full_name(section, "parts") + " do not sum to " + full_name(section, "H") +
+                                             ": at (x y z px py pz) = (" + coordinates + "), the parts give " +
+                                             to_toml(a) + " + " + to_toml(b) + ", but H is " + to_toml(h));
     }
 }
 
 void load_parts(const Section& section, FormulaDescription& formula) {
     const Value* parts = find(section, "parts");
     if (!parts) return;
+    const std::string name = full_name(section, "parts");
     if (parts->kind != Value::Kind::array || parts->items.size() != 2)
-        fail(*parts, "space.parts", "an array of two formulas, H_A and H_B");
+        fail(*parts, name, "an array of two formulas, H_A and H_B");
     for (std::size_t i = 0; i < 2; ++i) {
-        formula.parsed.parts[i] = parse(formula.scope, parts->items[i], "space.parts[" + std::to_string(i) + ']');
+        formula.parsed.parts[i] = parse(formula.scope, parts->items[i], name + '[' + std::to_string(i) + ']');
         formula.parts.push_back(parts->items[i].string);
     }
-    check_parts(*parts, formula);
+    check_parts(section, *parts, formula);
 }
 
 /// Throws InputError if the formula is constant and its value is not greater than 0. Formulas that are not constant are
@@ -112,21 +105,22 @@ std::int32_t load_optional(const Section& section, const std::string& key, Formu
 
 }  // namespace
 
-FormulaDescription load_formula(const Section& section) {
-    check_keys(section,
-               {"hamiltonian", "center", "H", "H0", "parts", "domain", "far_domain", "capture", "length_scale",
-                "sky_frame", "constants", "let"});
+FormulaDescription load_formula(const Section& section, const std::vector<std::string>& other_keys) {
+    std::vector<std::string> keys{"H", "H0", "parts", "domain", "capture", "length_scale", "constants", "let"};
+    keys.insert(keys.begin(), other_keys.begin(), other_keys.end());
+    check_keys(section, keys);
     FormulaDescription formula;
+    formula.table = section.name;
     formula.scope = formula_scope();
     const Value& energy = require(section, "H");
-    formula.energy = to_text(energy, "space.H");
+    formula.energy = to_text(energy, full_name(section, "H"));
     formula.location = energy.location;
     load_constants(section, formula);
     load_helpers(section, formula);
-    formula.parsed.energy = parse(formula.scope, energy, "space.H");
+    formula.parsed.energy = parse(formula.scope, energy, full_name(section, "H"));
     const unsigned variables = formula.scope.variables[static_cast<std::size_t>(formula.parsed.energy)];
     if (!(variables & momentum_bits))
-        fail(energy, "space.H", "a formula that contains px, py or pz, because dq/dλ = ∂H/∂p");
+        fail(energy, full_name(section, "H"), "a formula that contains px, py or pz, because dq/dλ = ∂H/∂p");
     read(section, "H0", formula.level, {-1e300, 1e300});
     formula.parsed.level = formula.level;
     load_parts(section, formula);
@@ -135,7 +129,7 @@ FormulaDescription load_formula(const Section& section) {
     formula.parsed.capture = load_optional(section, "capture", formula, formula.capture);
     formula.parsed.length_scale = load_optional(section, "length_scale", formula, formula.length_scale);
     if (const Value* scale = find(section, "length_scale"))
-        require_positive(*scale, "space.length_scale", formula.scope, formula.parsed.length_scale);
+        require_positive(*scale, full_name(section, "length_scale"), formula.scope, formula.parsed.length_scale);
     return formula;
 }
 
@@ -161,14 +155,15 @@ std::optional<VelocityDescription> load_velocity(const Section& section, const s
     return velocity;
 }
 
-void load_rescaling(const Value& rescale, SpaceDescription& space, IntegratorDescription& integrator) {
+void load_rescaling(const Value& rescale, const std::string& name, SpaceDescription& space,
+                    IntegratorDescription& integrator) {
     if (rescale.string == "auto" || rescale.string == "none") return;
     integrator.rescale_location = rescale.location;
     if (!space.formula) integrator.rescaling = {formula_scope(), -1};
     FormulaScope& scope = space.formula ? space.formula->scope : integrator.rescaling->scope;
     std::int32_t& node = space.formula ? space.formula->parsed.rescale : integrator.rescaling->node;
-    node = parse(scope, rescale, "integrator.rescale", position_bits);
-    require_positive(rescale, "integrator.rescale", scope, node);
+    node = parse(scope, rescale, name, position_bits);
+    require_positive(rescale, name, scope, node);
 }
 
 }  // namespace kagero

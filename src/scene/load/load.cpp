@@ -1,8 +1,10 @@
-#include "scene/load.h"
+#include "scene/load/load.h"
 
-#include "scene/load_formula.h"
-#include "scene/load_integrator.h"
-#include "scene/load_objects.h"
+#include "scene/load/load_formula.h"
+#include "scene/load/load_integrator.h"
+#include "scene/load/load_material.h"
+#include "scene/load/load_objects.h"
+#include "scene/load/load_space.h"
 #include "scene/overrides.h"
 #include "scene/toml.h"
 #include "scene/vector3.h"
@@ -54,38 +56,6 @@ void check_view(const Section& section, const CameraDescription& camera) {
                          " is parallel to the viewing direction; choose another camera.up");
 }
 
-SpaceDescription load_space(const Section& section, const Catalogue& catalogue) {
-    SpaceDescription space;
-    const Value& name = require_type_key(section, "hamiltonian");
-    const auto known = names_of(catalogue.hamiltonians, catalogue.hamiltonian_count);
-    space.hamiltonian = known[to_choice(name, full_name(section, "hamiltonian"), known)];
-    const HamiltonianInfo& info = *catalogue.hamiltonian_named(space.hamiltonian);
-    space.has_second_sheet = info.has_second_sheet;
-
-    if (space.hamiltonian == "formula") {
-        space.formula = load_formula(section);
-        space.has_second_sheet = space.formula->far_domain_node >= 0;
-        read(section, "center", space.center, any_length);
-        space.sky_frame = load_velocity(section, "sky_frame", space);
-        return space;
-    }
-    std::vector<std::string> keys{"hamiltonian", "center"};
-    for (std::uint32_t i = 0; i < info.parameter_count; ++i) {
-        const ParameterInfo& parameter = info.parameters[i];
-        keys.emplace_back(parameter.name);
-        double value = parameter.default_value;
-        read(section, parameter.name, value, {parameter.least, parameter.greatest, parameter.least_open});
-        if (parameter.unit == Unit::whole_number && value != std::floor(value))
-            fail(require(section, parameter.name), full_name(section, parameter.name), "a whole number");
-        space.parameters.emplace_back(parameter.name, value);
-    }
-    keys.emplace_back("sky_frame");
-    check_keys(section, keys);
-    read(section, "center", space.center, any_length);
-    space.sky_frame = load_velocity(section, "sky_frame", space);
-    return space;
-}
-
 /// Adds the keys of [camera] and [film] that a picture requires, where they are missing.
 void add_default_view(Value& root, const SceneDescription& scene) {
     Double3 position = scene.space.center;
@@ -112,16 +82,31 @@ void load_motion(const Section& section, SpaceDescription& space, CameraDescript
     camera.observer_location = observer->location;
 }
 
+/// Reads the key `medium` of the camera.
+void load_camera_medium(const Section& section, const std::vector<MediumDescription>& media,
+                        CameraDescription& camera) {
+    const Value* medium = find(section, "medium");
+    if (!medium) return;
+    std::vector<std::string> names = names_of_media(media);
+    names.emplace_back("auto");
+    const std::size_t choice = to_choice(*medium, "camera.medium", names);
+    camera.medium = names[choice];
+    camera.medium_location = medium->location;
+    if (choice <= media.size()) camera.medium_index = static_cast<std::uint32_t>(choice);
+}
+
 /// Loads the table [camera]. The view is checked only for pictures.
-CameraDescription load_camera(const Section& section, SpaceDescription& space, SceneUse use) {
+CameraDescription load_camera(const Section& section, SpaceDescription& space,
+                              const std::vector<MediumDescription>& media, SceneUse use) {
     CameraDescription camera;
-    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer", "velocity"};
+    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer", "velocity", "medium"};
     if (const Value* type = find(section, "type")) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }
     if (camera.type == CameraType::orthographic) keys.emplace_back("height");
     check_keys(section, keys);
     load_motion(section, space, camera);
+    load_camera_medium(section, media, camera);
     const Value& position = require(section, "position");
     camera.position = to_double3(position, "camera.position", any_length);
     camera.position_location = position.location;
@@ -135,7 +120,7 @@ CameraDescription load_camera(const Section& section, SpaceDescription& space, S
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    check_keys(section, {"size", "spp", "seed", "layers"});
+    check_keys(section, {"size", "spp", "seed", "layers", "max_bounces"});
     FilmDescription film;
     const Value& size = require(section, "size");
     if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "an array [width, height]");
@@ -145,6 +130,8 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
     if (const Value* seed = find(section, "seed")) {
         film.seed = to_count(*seed, "film.seed", 0, std::numeric_limits<std::uint32_t>::max());
     }
+    if (const Value* bounces = find(section, "max_bounces"))
+        film.max_bounces = to_count(*bounces, "film.max_bounces", 0, 1000);
     if (const Value* chosen = find(section, "layers")) {
         if (chosen->kind != Value::Kind::array || chosen->items.empty())
             fail(*chosen, "film.layers", "an array of layer names");
@@ -176,16 +163,16 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     if (!far) return {};
     if (far->kind != Value::Kind::table) fail(*far, "sky.far", "a table: [sky.far]");
     if (!space.has_second_sheet)
-        throw InputError(far->location, "sky.far is not legal: the space " + to_toml(space.hamiltonian) +
-                                         " has only one sky; " + (space.formula ? "state space.far_domain, or " : "") +
-                                         "remove the table [sky.far]");
+        throw InputError(far->location,
+                         "sky.far is not legal: the space " + to_toml(space.hamiltonian) + " has only one sky; " +
+                             (space.formula ? "state space.far_domain, or " : "") + "remove the table [sky.far]");
     return load_sky({far, "sky.far", far->location}, directory);
 }
 
 }  // namespace
 
-SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides,
-                            const Catalogue& catalogue, SceneUse use) {
+SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue,
+                            SceneUse use) {
     return load_scene_text(read_text(path), path, overrides, catalogue, use);
 }
 
@@ -201,17 +188,19 @@ SceneDescription load_scene_text(const std::string& text, const std::string& pat
         apply_override(root, entry.text, entry.option.empty() ? "-D " + entry.text : entry.option);
     }
 
-    check_keys({&root, "", root.location}, {"space", "integrator", "camera", "film", "sky", "object"});
+    check_keys({&root, "", root.location}, {"space", "medium", "integrator", "camera", "film", "sky", "object"});
     const std::string directory = std::filesystem::path(path).parent_path().string();
-    scene.space = load_space(section(root, "space"), catalogue);
+    scene.space = load_space(section(root, "space"), catalogue, SpaceTable::space);
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
+    scene.media = load_media(root, scene, catalogue);
     if (use == SceneUse::single_rays) add_default_view(root, scene);
-    scene.camera = load_camera(section(root, "camera"), scene.space, use);
+    scene.camera = load_camera(section(root, "camera"), scene.space, scene.media, use);
     scene.film = load_film(section(root, "film"), catalogue.layers);
     const Section sky = section(root, "sky");
     scene.sky = load_sky(sky, directory);
     scene.far_sky = load_far_sky(sky, scene.space, directory);
-    scene.objects = load_objects(root, directory, scene.space);
+    scene.objects = load_objects(root, directory, scene.space, scene.media);
+    check_falling_camera(scene, catalogue);
     return scene;
 }
 

@@ -13,7 +13,8 @@ Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey 
                  const std::string& directory);
 
 /// Loads all [[object]] tables of a scene file. Relative paths start at `directory`. Formulas of objects may use the
-/// names of the space, which are then recorded as used.
-std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space);
+/// names of the space, which are then recorded as used. Boundaries refer to `media` by name.
+std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space,
+                                            const std::vector<MediumDescription>& media);
 
 }  // namespace kagero

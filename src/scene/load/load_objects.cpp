@@ -1,5 +1,8 @@
-#include "scene/load_objects.h"
-#include "scene/load_formula.h"
+#include "scene/load/load_objects.h"
+
+#include "scene/load/load_formula.h"
+#include "scene/load/load_material.h"
+#include "scene/load/load_space.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -20,24 +23,15 @@ std::vector<std::string> keys_of(Shape shape) {
     std::vector<std::string> keys{"name", "shape", "color", "texture", "checker", "shading"};
     std::vector<std::string> shape_keys;
     switch (shape) {
-        case Shape::rectangle:
-            shape_keys = {"origin", "edge_u", "edge_v"};
-            break;
+        case Shape::rectangle: shape_keys = {"origin", "edge_u", "edge_v"}; break;
         case Shape::box:
-        case Shape::room:
-            shape_keys = {"min", "max", "faces"};
-            break;
-        case Shape::sphere:
-            shape_keys = {"center", "radius"};
-            break;
-        case Shape::mesh:
-            shape_keys = {"file", "translate", "rotate", "scale"};
-            break;
-        case Shape::disk:
-            shape_keys = {"center", "normal", "inner", "outer", "temperature", "velocity"};
-            break;
+        case Shape::room: shape_keys = {"min", "max", "faces"}; break;
+        case Shape::sphere: shape_keys = {"center", "radius"}; break;
+        case Shape::mesh: shape_keys = {"file", "translate", "rotate", "scale"}; break;
+        case Shape::disk: shape_keys = {"center", "normal", "inner", "outer", "temperature", "velocity"}; break;
     }
     keys.insert(keys.end(), shape_keys.begin(), shape_keys.end());
+    keys.insert(keys.end(), material_keys().begin(), material_keys().end());
     return keys;
 }
 
@@ -143,7 +137,7 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
 }
 
 ObjectDescription load_object(const Value& table, const std::string& name, const std::string& directory,
-                              SpaceDescription& space) {
+                              SpaceDescription& space, const std::vector<std::string>& media) {
     const Section section{&table, "object." + name, table.location};
     ObjectDescription object;
     object.name = name;
@@ -156,24 +150,15 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
         const std::size_t choice = to_choice(*shading, full_name(section, "shading"), {"emission", "lambert"});
         object.shading = static_cast<Shading>(choice);
     }
+    load_material(section, media, object);
     object.faces.fill(object.paint);
     switch (object.shape) {
-        case Shape::rectangle:
-            load_rectangle(section, object);
-            break;
+        case Shape::rectangle: load_rectangle(section, object); break;
         case Shape::box:
-        case Shape::room:
-            load_box(section, directory, object);
-            break;
-        case Shape::sphere:
-            load_sphere(section, object);
-            break;
-        case Shape::mesh:
-            load_mesh_keys(section, directory, object);
-            break;
-        case Shape::disk:
-            load_disk(section, space, object);
-            break;
+        case Shape::room: load_box(section, directory, object); break;
+        case Shape::sphere: load_sphere(section, object); break;
+        case Shape::mesh: load_mesh_keys(section, directory, object); break;
+        case Shape::disk: load_disk(section, space, object); break;
     }
     return object;
 }
@@ -210,7 +195,9 @@ Paint load_paint(const Section& section, const Paint& default_paint, CheckerKey 
     return paint;
 }
 
-std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space) {
+std::vector<ObjectDescription> load_objects(const Value& root, const std::string& directory, SpaceDescription& space,
+                                            const std::vector<MediumDescription>& media) {
+    const std::vector<std::string> medium_names = names_of_media(media);
     std::vector<ObjectDescription> objects;
     const Value* tables = find(root, "object");
     if (!tables) return objects;
@@ -226,9 +213,9 @@ std::vector<ObjectDescription> load_objects(const Value& root, const std::string
             if (other.name != name) continue;
             const FileLocation& location = given ? given->location : table.location;
             throw InputError(location, "two objects are named " + to_toml(name) + "; the other one is in line " +
-                                        std::to_string(other.location.line));
+                                           std::to_string(other.location.line));
         }
-        objects.push_back(load_object(table, name, directory, space));
+        objects.push_back(load_object(table, name, directory, space, medium_names));
     }
     return objects;
 }

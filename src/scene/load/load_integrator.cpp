@@ -1,6 +1,6 @@
-#include "scene/load_integrator.h"
+#include "scene/load/load_integrator.h"
 
-#include "scene/load_formula.h"
+#include "scene/load/load_formula.h"
 
 #include "formula/nodes.h"
 #include "formula/parser.h"
@@ -15,14 +15,15 @@ namespace kagero {
 namespace {
 
 /// Returns the number of rays per packet, or 0 for "auto". The number is accepted even if no kernel has it.
-std::uint32_t to_lanes(const Value& lanes) {
+std::uint32_t to_lanes(const Value& lanes, const std::string& name) {
     if (lanes.kind == Value::Kind::string) {
         if (lanes.string == "auto") return 0;
-        throw InputError(lanes.location, "integrator.lanes = " + to_toml(lanes.string) +
-                                          " is not legal: it must be \"auto\" or a whole number with "
-                                          "1 <= value <= 1024" + suggestion(lanes.string, {"auto"}));
+        throw InputError(lanes.location, name + " = " + to_toml(lanes.string) +
+                                             " is not legal: it must be \"auto\" or a whole number with "
+                                             "1 <= value <= 1024" +
+                                             suggestion(lanes.string, {"auto"}));
     }
-    return to_count(lanes, "integrator.lanes", 1, 1024);
+    return to_count(lanes, name, 1, 1024);
 }
 
 /// Returns true if the default method is the orbit method of the space. This is the case if the space has one and the
@@ -45,8 +46,8 @@ std::string default_method(const Section& section, const HamiltonianInfo& info, 
     const IntegratorInfo* const begin = catalogue.integrators;
     const IntegratorInfo* const end = begin + catalogue.integrator_count;
     const bool is_adaptive = std::find_if(begin, end, [&](const IntegratorInfo& entry) {
-        return entry.name == std::string_view(info.method);
-    })->adaptive;
+                                 return entry.name == std::string_view(info.method);
+                             })->adaptive;
     const Value* rescale = find(section, "rescale");
     const bool is_formula = info.name == std::string_view("formula");
     const bool needs_step_control =
@@ -112,30 +113,32 @@ StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::
 
 }  // namespace
 
-IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue) {
+IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue,
+                                      double default_escape_radius) {
     check_keys(section, {"method", "step", "tolerance", "solver_tolerance", "max_steps", "escape_radius", "hit", "cull",
                          "rescale", "refill", "symmetry", "lanes", "max_pixel_error"});
 
+    const auto name_of_key = [&](const char* key) { return full_name(section, key); };
     IntegratorDescription integrator;
+    integrator.escape_radius = default_escape_radius;
     const HamiltonianInfo& info = *catalogue.hamiltonian_named(space.hamiltonian);
     integrator.method = default_method(section, info, catalogue);
     read(section, "escape_radius", integrator.escape_radius, positive_length);
     integrator.default_step = default_steps(info, space, integrator.escape_radius);
     if (const Value* symmetry = find(section, "symmetry")) {
-        integrator.use_symmetry = to_choice(*symmetry, "integrator.symmetry", {"auto", "none"}) == 0;
+        integrator.use_symmetry = to_choice(*symmetry, name_of_key("symmetry"), {"auto", "none"}) == 0;
     }
     if (uses_orbit_method(section, integrator, info)) integrator.method = info.orbit_method;
     const auto methods = names_of(catalogue.integrators, catalogue.integrator_count);
     if (const Value* method = find(section, "method")) {
-        const std::size_t chosen = to_choice(*method, "integrator.method", methods);
+        const std::size_t chosen = to_choice(*method, name_of_key("method"), methods);
         integrator.method = methods[chosen];
         integrator.method_location = method->location;
         if (!integrator.use_symmetry && catalogue.integrators[chosen].angular)
-            throw InputError(
-                method->location,
-                "integrator.method = \"" + methods[chosen] +
-                    "\" integrates rays in their orbit plane, which integrator.symmetry = \"none\" forbids; "
-                    "choose another method, or symmetry = \"auto\"");
+            throw InputError(method->location,
+                             name_of_key("method") + " = \"" + methods[chosen] +
+                                 "\" integrates rays in their orbit plane, which " + name_of_key("symmetry") +
+                                 " = \"none\" forbids; choose another method, or symmetry = \"auto\"");
     }
     const auto method = std::size_t(std::find(methods.begin(), methods.end(), integrator.method) - methods.begin());
     integrator.step = integrator.default_step[std::size_t(kind_of_step(section, info, method, catalogue))];
@@ -146,24 +149,24 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
     read(section, "solver_tolerance", integrator.solver_tolerance, {0, 1, false, true});
     read(section, "max_pixel_error", integrator.max_pixel_error, {0, 1e6, true});
     if (const Value* steps = find(section, "max_steps")) {
-        integrator.max_steps = to_count(*steps, "integrator.max_steps", 1, std::numeric_limits<std::uint32_t>::max());
+        integrator.max_steps = to_count(*steps, name_of_key("max_steps"), 1, std::numeric_limits<std::uint32_t>::max());
     }
     if (const Value* hit = find(section, "hit")) {
         integrator.hit =
-            to_choice(*hit, "integrator.hit", {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
+            to_choice(*hit, name_of_key("hit"), {"chord", "hermite"}) == 0 ? HitModel::chord : HitModel::hermite;
     }
     if (const Value* cull = find(section, "cull"))
-        integrator.cull = to_choice(*cull, "integrator.cull", {"auto", "none"}) == 0;
+        integrator.cull = to_choice(*cull, name_of_key("cull"), {"auto", "none"}) == 0;
     if (const Value* lanes = find(section, "lanes")) {
-        integrator.lanes = to_lanes(*lanes);
+        integrator.lanes = to_lanes(*lanes, name_of_key("lanes"));
         integrator.lanes_location = lanes->location;
     }
     if (const Value* refill = find(section, "refill")) {
-        integrator.refill = static_cast<Refill>(to_choice(*refill, "integrator.refill", refill_names()));
+        integrator.refill = static_cast<Refill>(to_choice(*refill, name_of_key("refill"), refill_names()));
     }
     if (const Value* rescale = find(section, "rescale")) {
-        integrator.rescale = to_text(*rescale, "integrator.rescale");
-        load_rescaling(*rescale, space, integrator);
+        integrator.rescale = to_text(*rescale, name_of_key("rescale"));
+        load_rescaling(*rescale, name_of_key("rescale"), space, integrator);
     }
     return integrator;
 }

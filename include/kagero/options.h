@@ -37,7 +37,8 @@ struct RunChoices {
     double max_pixel_error = 0;    ///< Bound in pixels of the trial that chose the method; 0: there was no trial.
     double estimated_error = 0;    ///< 99th percentile of the pixel errors of trial rays; 0 if no trial met the bound.
     bool bound_is_met = true;      ///< False if there was a trial that did not confirm that the bound is met.
-    std::vector<std::string> remarks;  ///< Notes on settings that may be mistakes, one line each.
+    std::vector<std::string> remarks;  ///< Notes on settings that may be mistakes, and warnings about the trial that
+                                       ///< chose the method, one line each.
     std::string explanation;           ///< Every decision with its reason.
 };
 

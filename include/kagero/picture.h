@@ -42,9 +42,9 @@ private:
 };
 
 /// Renders a scene. Every `auto` is resolved as in `kagero render`. The energy error is measured along every ray.
-/// `progress` goes from 0 to 1 for the trial, if there is one, and again for the picture. `stop` ends the rendering,
-/// but not the trial. Throws InputError if the scene or an option is invalid; InputError::location is the position in
-/// the scene file. Throws RunError if the run fails, and Interrupted if it ends before there is any result.
+/// `progress` goes from 0 to 1 for the trial, if there is one, and again for the picture. `stop` ends the rendering and
+/// the trial. Throws InputError if the scene or an option is invalid; InputError::location is the position in the scene
+/// file. Throws RunError if the run fails, and Interrupted if it ends before there is any result, as in the trial.
 KAGERO_PUBLIC Picture render_scene(const SceneSource& source, const RunOptions& options = {});
 
 }  // namespace kagero

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace kagero {
 
@@ -24,12 +25,16 @@ struct TracedRay {
     std::uint32_t gradients = 0;  ///< Number of evaluations of the gradient of H.
     double energy_error = 0;      ///< Greatest |H − H0| / (|p·∂H/∂p| + |H0|) along the ray; H0 is the exact value of H.
     std::string reason;           ///< Reason why the ray failed; otherwise empty.
+    std::optional<double> action{};  ///< ∫ p·dq along the ray, if requested; in a medium, the optical path length.
+    std::optional<double> time{};    ///< ∫ ∂H/∂p_t dλ along the ray, if requested; in a spacetime, the coordinate time.
 };
 
 /// Traces rays; element i of the result belongs to ray i. Directions are in the rest frame of `observer` ("static",
 /// "zamo", "falling" or "coordinate"). If `observer` is empty, directions are those of dq/dλ in scene coordinates.
-/// Throws InputError if the scene or an option is invalid, and RunError if the run fails.
+/// `columns` requests integrals along the rays, as --columns does: "action" and "time". Throws InputError if the scene,
+/// an option or a column is invalid, and RunError if the run fails.
 KAGERO_PUBLIC std::vector<TracedRay> trace_rays(const SceneSource& source, const std::vector<Ray>& rays,
-                                                const std::string& observer = {}, const RunOptions& options = {});
+                                                const std::string& observer = {}, const RunOptions& options = {},
+                                                const std::vector<std::string>& columns = {});
 
 }  // namespace kagero

@@ -78,28 +78,32 @@ double EndErrors::end_rounding_error(const RayEnd& end) const {
     return epsilon * std::hypot(end.q[0], end.q[1], end.q[2]) / pixel_size_at(plan_, end);
 }
 
-std::vector<EndError> EndErrors::estimate(const Tile& tile, const RayEnd* ends, const RayList& list,
-                                          const CancelToken& cancel) const {
+std::vector<EndError> EndErrors::estimate(const Tile& tile, const TracedRays& rays, const CancelToken& cancel) const {
+    const std::vector<RayEnd>& ends = rays.ends;
     std::vector<EndError> errors;
     if (!estimates_position_ && !estimates_rounding_) return errors;
-    const std::size_t count = ray_count_of(tile, list);
+    const std::size_t count = ends.size();
     for (std::size_t i = 0; i < count; ++i)
         errors.push_back({end_rounding_error(ends[i]), end_rounding_error(ends[i])});
     if (second_run_) {
-        std::vector<RayEnd> second_ends;
-        Counters unused{};
-        Job job = second_run_->job();
-        cancel.install(job);
-        trace_tile(*second_run_->run.kernel, job, tile, list, second_ends, unused);
+        TracedRays second{rays.list, {}, {}};
+        PathCounters unused;
+        const Job job = second_run_->medium(plan_.view.medium).job();
+        trace_paths(*second_run_, job, tile, branch_choice_of(plan_), second, unused, cancel);
         for (std::size_t i = 0; i < count; ++i) {
-            const double difference = pixel_error(plan_, second_ends[i], ends[i]);
+            const bool is_same_path = rays.paths.empty() || rays.paths[i].surfaces == second.paths[i].surfaces;
+            const double difference =
+                is_same_path ? pixel_error(plan_, second.ends[i], ends[i]) : std::numeric_limits<double>::quiet_NaN();
             errors[i].position =
                 std::isnan(difference) ? difference : std::max(errors[i].position, error_over_difference_ * difference);
         }
     }
     if (estimates_rounding_) {
-        const std::vector<double> bounds = rounding_bounds(plan_, tile, ends, list, cancel);
-        for (std::size_t i = 0; i < count; ++i) errors[i].rounding = bounds[i];
+        std::vector<double> bounds(count, std::numeric_limits<double>::quiet_NaN());
+        if (plan_.view.medium == 0) bounds = rounding_bounds(plan_, tile, ends.data(), rays.list, cancel);
+        for (std::size_t i = 0; i < count; ++i)  // the bound does not reach beyond the first surface
+            errors[i].rounding =
+                rays.paths.empty() || rays.paths[i].bounces == 0 ? bounds[i] : std::numeric_limits<double>::quiet_NaN();
     }
     return errors;
 }
@@ -108,8 +112,8 @@ RunReport render_with_errors(const Plan& plan, Film& film, const RunControl& con
     const unsigned needs = needs_of(film);
     if (!(needs & (need_position_error | need_rounding_error))) return render(plan, film, control);
     const EndErrors errors(plan, needs & need_position_error, needs & need_rounding_error);
-    const auto estimate = [&](const Tile& tile, const RayEnd* ends, const RayList& list, const CancelToken& cancel) {
-        return errors.estimate(tile, ends, list, cancel);
+    const auto estimate = [&](const Tile& tile, const TracedRays& rays, const CancelToken& cancel) {
+        return errors.estimate(tile, rays, cancel);
     };
     return render(plan, film, control, estimate);
 }

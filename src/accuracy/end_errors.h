@@ -22,10 +22,9 @@ class EndErrors {
 public:
     /// Prepares the estimation of position errors if `position` is set, and of rounding errors if `rounding` is set.
     EndErrors(const Plan& plan, bool position, bool rounding);
-    /// Returns the errors of the rays of a tile, in the order of `ends`. The result is empty if neither error was
+    /// Returns the errors of the rays of a tile, in their order. The result is empty if neither error was
     /// requested in the constructor, and meaningless if `cancel` returned true.
-    std::vector<EndError> estimate(const Tile& tile, const RayEnd* ends, const RayList& list,
-                                   const CancelToken& cancel) const;
+    std::vector<EndError> estimate(const Tile& tile, const TracedRays& rays, const CancelToken& cancel) const;
 
 private:
     double end_rounding_error(const RayEnd& end) const;

@@ -31,6 +31,16 @@ RayEnd to_hamiltonian_coordinates(const Plan& plan, RayEnd end) {
     return end;
 }
 
+std::size_t confirm(ReferenceRays& reference, const std::vector<RayEnd>& confirming) {
+    reference.confirmed.clear();
+    for (std::size_t i = 0; i < reference.ends.size(); ++i) {
+        const RayEnd& end = reference.ends[i];
+        const bool is_definite = (end.status != Status::step_limit || end.cut_off) && end.status != Status::failed;
+        reference.confirmed.push_back(is_definite && same_status_and_object(end, confirming[i]));
+    }
+    return std::size_t(std::count(reference.confirmed.begin(), reference.confirmed.end(), false));
+}
+
 bool has_visible_end(const RayEnd& end) { return end.status == Status::hit || end.status == Status::escaped; }
 
 double pixel_size_at(const Plan& plan, const RayEnd& end) {
@@ -53,12 +63,12 @@ double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd
 double pixel_error(const Plan& plan, const RayEnd& expected, const RayEnd& actual) {
     constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
     if (!same_status_and_object(expected, actual)) return undefined;
-    if (expected.status == Status::captured) return 0;
+    if (expected.status == Status::captured || expected.cut_off) return 0;
     return has_visible_end(expected) ? distance_in_pixels(plan, expected, actual) : undefined;
 }
 
 bool same_status_and_object(const RayEnd& a, const RayEnd& b) {
-    if (a.status != b.status) return false;
+    if (a.status != b.status || a.cut_off != b.cut_off) return false;
     return a.status != Status::hit || a.surface == b.surface;
 }
 

@@ -23,6 +23,10 @@ struct ReferenceRays {
     std::vector<bool> confirmed;
 };
 
+/// Sets ReferenceRays::confirmed from the ends of the same rays by another method. Returns the number of rays that are
+/// not confirmed.
+std::size_t confirm(ReferenceRays& reference, const std::vector<RayEnd>& confirming);
+
 /// Returns true if the end of a ray shows a surface or the sky, that is, if its status is `hit` or `escaped`.
 bool has_visible_end(const RayEnd& end);
 
@@ -39,8 +43,8 @@ double pixel_size_at(const Plan& plan, const RayEnd& end);
 double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
 /// Returns the pixel error of any two ray ends: `distance_in_pixels` if both have the same status and object. The
-/// result is zero if both rays are captured. It is NaN if status or object differ, or if the status is `step_limit` or
-/// `failed`.
+/// result is zero if both rays are captured or cut off. It is NaN if status or object differ, or if the status is
+/// `step_limit` or `failed`.
 double pixel_error(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
 
 /// Returns a ray end of `trace` with its position in the coordinates of the Hamiltonian instead of those of the scene

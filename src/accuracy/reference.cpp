@@ -56,9 +56,6 @@ std::vector<RayEnd> trace_ends(const Plan& plan, const Variant& variant, const s
     return ends;
 }
 
-/// Returns true if the status is `hit`, `escaped` or `captured`.
-bool has_definite_status(const RayEnd& end) { return end.status != Status::step_limit && end.status != Status::failed; }
-
 /// Reference rays by one pair of methods, and their uncertainty.
 struct Attempt {
     ReferenceRays rays;
@@ -84,13 +81,9 @@ Attempt compare_pair(const Plan& plan, const SampleRays& sample, const Variant& 
     const std::vector<RayEnd> confirming_ends = trace_ends(plan, confirming, sample.starts, limits);
     rays.conditioning = conditioning_of(plan, sample, rays.ends, trace_ends(plan, computing, sample.right, limits),
                                         trace_ends(plan, computing, sample.below, limits));
-    for (std::size_t i = 0; i < rays.ends.size(); ++i) {
-        const bool confirmed =
-            has_definite_status(rays.ends[i]) && same_status_and_object(rays.ends[i], confirming_ends[i]);
-        rays.confirmed.push_back(confirmed);
-        ++(confirmed ? summary.confirmed : summary.unconfirmed);
-        ++summary.status[static_cast<int>(rays.ends[i].status)];
-    }
+    summary.unconfirmed = confirm(rays, confirming_ends);
+    summary.confirmed = rays.ends.size() - summary.unconfirmed;
+    for (const RayEnd& end : rays.ends) ++summary.status[static_cast<int>(end.status)];
     const RayErrors difference = compare_rays(plan, rays, confirming_ends);
     summary.uncertainty = difference.position;
     summary.direction = difference.direction;

@@ -47,7 +47,7 @@ Double3 normal_at(const Plan& plan, const RayEnd& end) {
 
 /// Sets the normal of the path, and the derivatives of the two pixel coordinates with respect to the ray's end point
 /// and direction, in pixels. The coordinates are measured along two axes perpendicular to the normal, or to the
-/// direction on the sky.
+/// direction on the sky. Distant observers with a velocity see directions with aberration.
 void set_pixel_derivatives(const Plan& plan, const RayEnd& end, RayPath& path) {
     const Double3 normal = normal_at(plan, end), q = to_double3(end.q);
     const double pixels_per_unit = 1 / pixel_size_at(plan, end);
@@ -59,6 +59,14 @@ void set_pixel_derivatives(const Plan& plan, const RayEnd& end, RayPath& path) {
     }
     const SkyView view = sky_view(plan.scene->sources.skies, end);
     const auto axes = axes_around(view.direction);
+    if (const auto derivatives = sky_derivatives(plan.scene->sources.skies, end)) {
+        for (std::size_t r = 0; r < 2; ++r)
+            for (std::size_t k = 0; k < 3; ++k) {
+                path.by_position[r][k] = pixels_per_unit * dot(axes[r], derivatives->by_position[k]);
+                path.by_direction[r][k] = pixels_per_unit * dot(axes[r], derivatives->by_direction[k]);
+            }
+        return;
+    }
     for (std::size_t r = 0; r < 2; ++r) {
         if (!view.reflected) {
             copy(scaled(axes[r], pixels_per_unit), path.by_direction[r]);
@@ -101,12 +109,23 @@ std::vector<RayStart> starts_of(const Plan& plan, const Tile& tile, const RayLis
     return starts;
 }
 
+/// Returns the greatest factor by which the aberration for the distant observers magnifies a change of a ray's
+/// direction; 1 without such observers.
+double magnification_of_sky(const Plan& plan, const RayEnd& end) {
+    const auto derivatives = sky_derivatives(plan.scene->sources.skies, end);
+    if (!derivatives) return 1;
+    double square = 0;  // sum of the squares of the singular values, of which one is 0
+    for (const Double3& column : derivatives->by_direction) square += dot(column, column);
+    return std::sqrt(square);
+}
+
 /// Returns a bound on the effect of rounding the ray's start, direction and end, in pixels. The ray is treated as
 /// straight. At oblique incidence on a surface, the end point moves farther: by the factor 1/cos(angle of incidence).
 double start_and_end_bound(const Plan& plan, const RayStart& start, const RayEnd& end) {
     constexpr double roundings_of_direction = 4, roundings_of_positions = 2;  // numbers of roundings
     const double unit_roundoff = unit_roundoff_of(plan), direction_error = roundings_of_direction * unit_roundoff;
-    if (is_seen_by_direction(plan, end)) return direction_error / pixel_size_at(plan, end);
+    if (is_seen_by_direction(plan, end))
+        return direction_error * magnification_of_sky(plan, end) / pixel_size_at(plan, end);
     const Double3 start_point = to_double3(start.q), end_point = to_double3(end.q), normal = normal_at(plan, end);
     const double cosine = std::abs(dot(normal, to_double3(end.v))) / (length(normal) * length(to_double3(end.v)));
     const double displacement = direction_error * length(subtract(end_point, start_point)) +

@@ -4,7 +4,8 @@
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "report/explanation.h"
-#include "scene/load.h"
+#include "report/warnings.h"
+#include "scene/load/load.h"
 
 namespace kagero {
 namespace {
@@ -52,6 +53,7 @@ RunChoices choices_of(const Plan& plan) {
         choices.bound_is_met = trial->bound_met;
     }
     choices.remarks = plan.remarks;
+    for (const Warning& warning : warnings_of_trial(plan)) choices.remarks.push_back(warning.text);
     choices.explanation = explanation_text(plan);
     return choices;
 }

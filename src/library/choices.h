@@ -2,7 +2,7 @@
 #pragma once
 
 #include "plan/plan.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 
 #include <kagero/options.h>
 

@@ -71,11 +71,11 @@ void Picture::write(const std::string& path) const {
 Picture render_scene(const SceneSource& source, const RunOptions& requested) {
     Options options = options_of(requested);
     options.energy_error = true;  // written to the metadata of EXR files
-    Plan plan = resolve(description_of(source, options), options, Purpose::picture, {requested.progress});
-    Film film = film_of(plan);
     RunControl control;
     control.progress = requested.progress;
     control.stop = requested.stop;
+    Plan plan = resolve(description_of(source, options), options, Purpose::picture, control);
+    Film film = film_of(plan);
     RunReport report = render_with_errors(plan, film, control);
     RunChoices choices = choices_of(plan);
     return Picture(std::unique_ptr<Picture::Content>(

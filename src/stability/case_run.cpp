@@ -1,7 +1,7 @@
 #include "stability/case_run.h"
 
 #include "error.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 
 #include <algorithm>
 #include <cmath>

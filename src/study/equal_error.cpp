@@ -46,10 +46,10 @@ WorkList sample_of(const Plan& plan) {
 /// Returns the time in seconds to trace the sample with a variant.
 double seconds_of(const Plan& base, const Variant& variant) {
     const Plan plan = plan_with_variant(base, variant);
-    const Job job = plan.job();
+    const Job job = plan.medium(plan.view.medium).job();
     TileRays rays;
     if (!job.camera) rays = [&](const Tile& tile, RayList& list) { list_rays(plan, tile, list); };
-    const auto ignore_ends = [](const Tile&, const RayEnd*, const RayList&, const CancelToken&) {};
+    const auto ignore_ends = [](const Tile&, const TracedRays&, const CancelToken&) {};
     return run_tiles(plan, job, sample_of(plan), rays, ignore_ends).seconds;
 }
 

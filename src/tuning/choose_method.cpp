@@ -95,11 +95,11 @@ bool needs_method_search(const Plan& plan) {
     return stated.max_pixel_error > 0 || (!stated.step_location && !stated.tolerance_location);
 }
 
-Plan choose_method(Plan plan, const Progress& progress) {
+Plan choose_method(Plan plan, const RunControl& control) {
     MethodTrial trial;
     trial.is_stated = plan.description().integrator.max_pixel_error > 0;
     trial.bound = trial.is_stated ? plan.description().integrator.max_pixel_error : default_max_pixel_error;
-    MethodSearch search(plan, trial.bound, progress);
+    MethodSearch search(plan, trial.bound, control);
     search.run();
     trial.rays = search.rays;
     trial.failure_reason = search.failure_reason;
@@ -121,7 +121,7 @@ Plan choose_method(Plan plan, const Progress& progress) {
         trial.estimate = search.uncertainty;
     }
     const auto add_remarks = [&](const std::vector<std::string>& remarks) {
-        plan.remarks.insert(plan.remarks.end(), remarks.begin(), remarks.end());
+        trial.remarks.insert(trial.remarks.end(), remarks.begin(), remarks.end());
     };
     if (trial.bound_met || reference) plan.decisions.motion = motion_decisions(*plan.scene, plan.run, true);
     if (trial.bound_met) {

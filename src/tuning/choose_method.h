@@ -19,9 +19,10 @@ bool needs_method_search(const Plan& plan);
 /// only methods with step control, unless the scene states another one.
 ///
 /// The search does at most a third of the operations of the picture, or as many as take some hundredths of a second.
+/// Throws Interrupted if `control.stop` is set.
 /// The choice depends only on the scene and the instruction set. If no method is found, the plan gets the method of the
 /// search's reference, unless the scene states a method or the reference is too costly. Plan::method_trial and the
 /// decisions record the result.
-Plan choose_method(Plan plan, const Progress& progress = {});
+Plan choose_method(Plan plan, const RunControl& control = {});
 
 }  // namespace kagero

@@ -1,5 +1,6 @@
 #include "tuning/method_search.h"
 
+#include "error.h"
 #include "pixels/shade.h"
 #include "render/operation_count.h"
 #include "render/trace.h"
@@ -54,15 +55,22 @@ double reference_tolerance(double bound, double pixel_angle) {
 
 }  // namespace
 
-/// Traces rays and counts the operations.
+/// Traces rays and counts the operations. Throws Interrupted if the caller cancels the trial.
 std::vector<RayEnd> MethodSearch::trace_rays(const Plan& plan, const std::vector<RayStart>& starts,
                                              double* operations) {
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, starts, ends);
+    const RunReport report = trace(plan, starts, ends, {.stop = control_.stop});
+    if (report.interrupted) throw Interrupted();
     const double counted = operations_of(plan, report.counters);
     spent_ += counted;
     if (operations) *operations = counted / double(starts.size());
     return ends;
+}
+
+/// Returns the number of rays of the picture.
+double MethodSearch::picture_rays() const {
+    const FilmDescription& film = plan_.description().film;
+    return double(film.width) * film.height * film.spp;
 }
 
 /// Returns the operations per ray, weighted by the precision in which a picture would use the method.
@@ -83,14 +91,7 @@ bool MethodSearch::has_float() const {
 /// Compares the reference with the ends by another method. Returns true if both agree.
 bool MethodSearch::confirm_reference(const std::vector<RayEnd>& confirming, const char* method,
                                      const char* confirming_method) {
-    std::size_t unconfirmed = 0;
-    reference_.confirmed.clear();
-    for (std::size_t i = 0; i < rays; ++i) {
-        const RayEnd& end = reference_.ends[i];
-        const bool has_ended = end.status != Status::step_limit && end.status != Status::failed;
-        reference_.confirmed.push_back(has_ended && same_status_and_object(end, confirming[i]));
-        unconfirmed += !reference_.confirmed.back();
-    }
+    const std::size_t unconfirmed = confirm(reference_, confirming);
     if (double(unconfirmed) > max_wrong_share * double(rays)) {
         failure_reason = "no two methods agree on the ends of " + std::to_string(unconfirmed) + " of " +
                          std::to_string(rays) + " rays; at most 1 % may differ";
@@ -108,9 +109,9 @@ bool MethodSearch::confirm_reference(const std::vector<RayEnd>& confirming, cons
     return true;
 }
 
-/// Traces the reference ends with the first pair of methods that the space supports. If they do not agree, adaptive
-/// methods are tried again with a finer tolerance. Returns false if no two methods agree, or if the budget does not
-/// suffice.
+/// Traces the reference ends with the first pair of methods that the space supports. If they do not agree, the
+/// confirming method is tried again with a finer tolerance, because it is of lower order and usually less accurate.
+/// Then both are. Returns false if no two methods agree, or if the budget does not suffice.
 bool MethodSearch::trace_reference() {
     for (const ReferencePair& pair : reference_pairs) {
         const auto computing = find_variant(plan_, pair.method, Strategy::packet, Precision::float64, pair.step),
@@ -120,7 +121,7 @@ bool MethodSearch::trace_reference() {
         if (trace_reference_with(*computing, *confirming, 1)) return true;
         constexpr double finer = 1e-2;
         return is_affordable && info_of(plan_, *computing).adaptive &&
-               trace_reference_with(*computing, *confirming, finer);
+               (confirm_with_finer(*confirming, finer) || trace_reference_with(*computing, *confirming, finer));
     }
     failure_reason = "this space does not support two methods that could confirm each other";
     return false;
@@ -148,6 +149,7 @@ bool MethodSearch::trace_reference_with(Variant first, Variant second, double re
         return false;
     }
     reference_.ends = ends;
+    reference_operations_ = operations;
     reference = first;
     reference_.conditioning = conditioning_of(plan_, sample_, reference_.ends, trace_rays(plan, sample_.right),
                                               trace_rays(plan, sample_.below));
@@ -155,7 +157,23 @@ bool MethodSearch::trace_reference_with(Variant first, Variant second, double re
     const char *const method = info_of(plan_, first).name, *const confirming_method = info_of(plan_, second).name;
     const bool is_independent = !plan_.description().space.formula && method != std::string(plan_.method().name);
     return (is_independent && confirm_reference(default_ends_, method, plan_.method().name)) ||
-           confirm_reference(trace_rays(confirming_plan, sample_.starts), method, confirming_method);
+           confirm_reference(trace_rays(confirming_plan, sample_.starts, &confirming_operations_), method,
+                             confirming_method);
+}
+
+/// Confirms the reference ends with an adaptive method whose tolerance is finer by the factor `refinement`. Returns
+/// false if they do not agree, or if the budget does not suffice.
+bool MethodSearch::confirm_with_finer(Variant confirming, double refinement) {
+    const IntegratorInfo& info = info_of(plan_, confirming);
+    const double more = std::pow(refinement, -1.0 / info.order);  // steps, relative to the coarser tolerance
+    // Without a confirmation, the picture is rendered by the reference's method, unless the scene states another one.
+    if (!plan_.description().integrator.method_location)
+        budget_ = std::max(budget_, max_picture_share * picture_rays() * reference_operations_);
+    if (spent_ + more * confirming_operations_ * double(rays) > budget_) return false;
+    confirming.step *= refinement * reference_tolerance(bound_, sample_.pixel_angle);
+    Plan plan = plan_with_variant(plan_, confirming);
+    plan.run.value_weight = reference_value_weight;
+    return confirm_reference(trace_rays(plan, sample_.starts), info_of(plan_, *reference).name, info.name);
 }
 
 /// Finds rays at the edge of a shadow and traces their reference ends.
@@ -186,7 +204,7 @@ std::optional<MeasuredMethod> MethodSearch::measure(Variant variant) {
     if (measured.is_within && !edge_sample_.starts.empty())
         measured.is_within =
             !(compare_rays(plan_, edge_reference_, trace_rays(plan, edge_sample_.starts)).pixels.max > greatest);
-    if (progress_) progress_(std::min(1.0, spent_ / budget_), seconds());
+    if (control_.progress) control_.progress(std::min(1.0, spent_ / budget_), seconds());
     return measured;
 }
 
@@ -242,9 +260,7 @@ void MethodSearch::run() {
     const double limit = step_limit_over_median * percentiles_of(std::move(steps)).p50;
     plan_.run.max_steps =
         std::min(plan_.run.max_steps, std::max(least_step_limit, std::uint32_t(std::min(1e9, limit))));
-    const FilmDescription& film = plan_.description().film;
-    const double picture_rays = double(film.width) * film.height * film.spp;
-    budget_ = std::max(max_picture_share * picture_rays * default_operations, min_search_operations);
+    budget_ = std::max(max_picture_share * picture_rays() * default_operations, min_search_operations);
     if (!trace_reference()) return;
     const std::string own = plan_.method().name;
     const bool only_adaptive = plan_.description().space.formula.has_value();

@@ -1,6 +1,7 @@
 #include "tuning/precision.h"
 
 #include "accuracy/ray_errors.h"
+#include "error.h"
 #include "pixels/shade.h"
 #include "plan/names.h"
 #include "rays/camera.h"
@@ -46,9 +47,9 @@ std::string reason_without_trial(const Plan& plan) {
 }
 
 /// Traces the rays and returns their ends in the coordinates of the Hamiltonian.
-std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& starts) {
+std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayStart>& starts, const std::atomic<bool>* stop) {
     std::vector<RayEnd> ends;
-    trace(plan, starts, ends);
+    if (trace(plan, starts, ends, {.stop = stop}).interrupted) throw Interrupted();
     for (RayEnd& end : ends) end = to_hamiltonian_coordinates(plan, end);
     return ends;
 }
@@ -76,11 +77,12 @@ double permitted_difference(const Plan& plan) {
 
 /// Traces the trial's rays in both precisions. Returns the reason to use double that follows from the ray ends; empty
 /// if there is none.
-std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial) {
+std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, PrecisionTrial& trial,
+                              const std::atomic<bool>* stop) {
     std::vector<RayStart> starts;
     for (const auto& [x, y] : sample_pixels(plan.description().film, trial_grid, trial_grid))
         starts.push_back(camera_ray_start(plan, x, y));
-    const std::vector<RayEnd> in_double = ends_of(plan, starts), in_float = ends_of(plan_in_float, starts);
+    const std::vector<RayEnd> in_double = ends_of(plan, starts, stop), in_float = ends_of(plan_in_float, starts, stop);
     std::vector<double> differences;
     std::size_t strays = 0;
     for (std::size_t i = 0; i < in_double.size(); ++i) {
@@ -107,7 +109,7 @@ std::string reason_from_trial(const Plan& plan, const Plan& plan_in_float, Preci
 
 }  // namespace
 
-Plan choose_precision(Plan plan) {
+Plan choose_precision(Plan plan, const std::atomic<bool>* stop) {
     if (plan.run.kernel_request.precision == Precision::float32) return plan;
     PrecisionTrial trial;
     trial.reason_for_double = reason_without_trial(plan);
@@ -117,7 +119,7 @@ Plan choose_precision(Plan plan) {
         if (!in_float.run.kernel) trial.reason_for_double = "no float kernel supports the method and integrator.lanes";
         else if (camera_needs_double(*plan.scene, plan.view))
             trial.reason_for_double = "the momentum of a camera this close to a horizon is too large for float";
-        else trial.reason_for_double = reason_from_trial(plan, in_float, trial);
+        else trial.reason_for_double = reason_from_trial(plan, in_float, trial, stop);
         if (trial.reason_for_double.empty()) plan.run.kernel = in_float.run.kernel;
     }
     const bool use_float = trial.reason_for_double.empty();

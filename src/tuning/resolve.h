@@ -8,12 +8,15 @@
 namespace kagero {
 
 /// Returns the plan of a scene with a value for every `auto`. For a picture, choose_by_trial completes the plan. Throws
-/// InputError if scene and options cannot be used.
+/// InputError if scene and options cannot be used, and Interrupted if `trial_control.stop` is set during the trial.
 Plan resolve(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
-             const Progress& trial_progress = {});
+             const RunControl& trial_control = {});
+
+/// Returns the plan with a value for every `auto` that depends on rays. resolve() calls this for a plan of make_plan.
+Plan tune(Plan plan, const Options& options, Purpose purpose, const RunControl& trial_control = {});
 
 /// Returns the plan of a picture with the choices that trial rays make: method and step, unless the scene states a step
 /// or tolerance and no bound on the error, and the precision.
-Plan choose_by_trial(Plan plan, const Progress& trial_progress = {});
+Plan choose_by_trial(Plan plan, const RunControl& trial_control = {});
 
 }  // namespace kagero

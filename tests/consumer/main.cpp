@@ -18,6 +18,25 @@ bool rays_are_traced(const kagero::SceneSource& source) {
            !rays[1].reason.empty();
 }
 
+/// Returns true if the action of a straight ray of a medium with index 1 is its length, a column that was not requested
+/// is empty, and one that the space does not have is refused.
+bool integrals_are_computed(const kagero::SceneSource& source) {
+    kagero::SceneSource flat = source;
+    flat.overrides.push_back("space={hamiltonian=\"flat\"}");
+    const kagero::Ray ray{{0, -0.85, 0.12}, {1, 0, 0}};
+    const auto traced = kagero::trace_rays(flat, {ray}, {}, {}, {"action"});
+    const double length = std::hypot(traced[0].position[0] - ray.position[0], traced[0].position[1] - ray.position[1],
+                                     traced[0].position[2] - ray.position[2]);
+    if (!traced[0].action || traced[0].time || !(length > 0)) return false;
+    if (std::abs(*traced[0].action - length) > 1e-12 * length) return false;
+    try {
+        kagero::trace_rays(flat, {ray}, {}, {}, {"actoin"});
+    } catch (const kagero::InputError& error) {
+        return std::string(error.what()).find("action, time") != std::string::npos;
+    }
+    return false;
+}
+
 /// Returns true if an unknown key is refused with a message that names it.
 bool unknown_key_is_refused(const kagero::SceneSource& source) {
     kagero::SceneSource wrong = source;
@@ -44,5 +63,6 @@ int main(int argc, char** argv) {
         return 4;
     picture.write(argv[2]);
     if (!rays_are_traced(source)) return 5;
+    if (!integrals_are_computed(source)) return 7;
     return unknown_key_is_refused(source) ? 0 : 6;
 }

@@ -122,8 +122,8 @@ TEST_F(ExtremePicture, HasOnlyEscapedAndCapturedRays) {
 }
 
 // The factor is that of the rays times that of the methods, which two trials choose.
-TEST_F(ExtremePicture, TakesAtMostTenTimesTheGradientsOfAFallingObserver) {
-    EXPECT_LT(double(render("zamo")["gradients"]), 10 * double(render("falling")["gradients"]));
+TEST_F(ExtremePicture, TakesAtMostFiveTimesTheGradientsOfAFallingObserver) {
+    EXPECT_LT(double(render("zamo")["gradients"]), 5 * double(render("falling")["gradients"]));
 }
 
 /// Returns the inward ray from (0, −y, 0) in the plane of the equator, around a hole of spin 1, with p_t = 1 and

@@ -214,10 +214,10 @@ TEST_P(PathIntegrals, ActionOfStraightRays) {
         "[[object]]\nshape = \"rectangle\"\norigin = [2, -9, -9]\nedge_u = [0, 18, 0]\nedge_v = [0, 0, 18]\n";
     const std::vector<RayInput> rays{
         {{-3, 0.1, 0.2}, {1, 0.05, 0.02}}, {{-3, 0.9, 0.6}, {1, 0, 0.02}}, {{-3, 2, 1}, {-1, 0.3, 0.1}}};
-    const std::vector<std::string> spaces{
-        "hamiltonian = \"flat\"\n", "hamiltonian = \"schwarzschild\"\nrg = 0\n",
-        "hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0\n",
-        "hamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 2.25)\"\n"};
+    const std::vector<std::string> spaces{"hamiltonian = \"flat\"\n", "hamiltonian = \"schwarzschild\"\nrg = 0\n",
+                                          "hamiltonian = \"gradient\"\nn0 = 1.5\ng = 0\n",
+                                          "hamiltonian = \"uniform\"\n",
+                                          "hamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - 2.25)\"\n"};
     for (const std::string& space : spaces) {
         SCOPED_TRACE(space);
         const double index = space.find("flat") != space.npos || space.find("rg = 0") != space.npos ? 1 : 1.5;

@@ -39,6 +39,43 @@ TEST_F(Warnings, ReportRaysThatReachTheStepLimitInEveryVerb) {
     }
 }
 
+// The messages about the trial that chooses the method, which are printed before rendering, are also in the JSON.
+TEST_F(Warnings, ReportWhatTheTrialPrints) {
+    const struct {
+        const char* options;
+        const char* part;
+    } cases[] = {
+        {"-D integrator.max_pixel_error=1e-13", "may not be met"},
+        {"-D integrator.max_pixel_error=0.5 --step 0.1 --integrator gauss8", "integrator.step = 0.1 is not used"},
+    };
+    for (const auto& [options, part] : cases)
+        for (const std::string verb :
+             {"render hole.toml -o a.png ", "explain hole.toml ", "profile hole.toml --repeat 1 "}) {
+            SCOPED_TRACE(verb + options);
+            EXPECT_EQ(keys_of(verb + options), Keys{"max_pixel_error"});
+            const Outcome outcome = run(verb + options + " --json");
+            const std::string text = json::parse(outcome.out)["warnings"].at(0)["text"];
+            EXPECT_NE(text.find(part), std::string::npos) << text;
+            EXPECT_NE(outcome.err.find("warning: " + text), std::string::npos) << outcome.err;
+            EXPECT_EQ(outcome.err.find(text, outcome.err.find(text) + 1), std::string::npos) << outcome.err;
+        }
+}
+
+// Remarks on settings are in every JSON report, and are printed.
+TEST_F(Warnings, RemarksAreInEveryReport) {
+    write("rays.csv", "x,y,z,dx,dy,dz\n0,-10,0,0,1,0.5\n");
+    const std::string options = " --integrator rk4 --step 0.25 --tolerance 1e-6 --threads 1 --json";
+    for (const std::string verb :
+         {"render hole.toml -o a.png", "trace hole.toml --rays rays.csv", "check hole.toml", "explain hole.toml",
+          "profile hole.toml --repeat 1", "compare hole.toml --rounds 1", "error hole.toml --quick --sample 4x4"}) {
+        SCOPED_TRACE(verb);
+        const Outcome outcome = run(verb + options);
+        const json remarks = json::parse(outcome.out)["remarks"];
+        ASSERT_EQ(remarks.size(), 1u) << remarks;
+        EXPECT_NE(outcome.err.find(std::string(remarks[0])), std::string::npos) << outcome.err;
+    }
+}
+
 // A single ray of 4096 is reported.
 TEST_F(Warnings, ReportASingleRay) {
     const json report =
@@ -80,7 +117,7 @@ TEST_F(Warnings, ReportThatHIsNotConserved) {
 // The ingoing Kerr–Schild form is singular for rays that run backward in time. They approach the horizon forever. The
 // form with the opposite sign of the null vector is regular.
 TEST_F(Warnings, ReportRaysThatApproachAHorizonForever) {
-    const auto scene = [](const char* null_vector, const char* integrator) {
+    const auto scene = [](const char* null_vector, const std::string& integrator) {
         return "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - pt^2) - 0.5/r*(pt " +
                std::string(null_vector) + " (x*px + y*py + z*pz)/r)^2\"\ncapture = \"r - 1\"\n[space.constants]\n"
                "pt = 1\n[space.let]\nr = \"sqrt(x^2 + y^2 + z^2)\"\n[integrator]\nescape_radius = 50\n" + integrator +
@@ -88,23 +125,23 @@ TEST_F(Warnings, ReportRaysThatApproachAHorizonForever) {
     };
     write("rays.csv", "x,y,z,dx,dy,dz\n0,-20,0,0.02,1,0\n");
     // With a stated step, the method is implicit: a rejected step costs hundreds of gradients.
-    struct {
-        const char* integrator;
-        double max_gradients;
-    } const cases[] = {{"", 5000}, {"rescale = \"r\"\nstep = 0.2\n", 10000}};
-    for (const auto& [integrator, max_gradients] : cases) {
-        SCOPED_TRACE(integrator);
-        write("ingoing.toml", scene("-", integrator));
-        const Outcome outcome = run("trace ingoing.toml --rays rays.csv");
-        EXPECT_NE(outcome.err.find("flip the sign of the null vector"), std::string::npos) << outcome.err;
-        const json report = json::parse(run("trace ingoing.toml --rays rays.csv --quiet --json").out);
-        EXPECT_EQ(report["status"]["failed"], 1);
-        EXPECT_LE(report["gradients_per_ray"], max_gradients);
-        write("outgoing.toml", scene("+", integrator));
-        const Outcome regular = run("trace outgoing.toml --rays rays.csv");
-        EXPECT_EQ(regular.err, "");
-        EXPECT_NE(regular.out.find("captured"), std::string::npos) << regular.out;
-    }
+    constexpr int max_gradients = 5000;
+    for (const std::string method : {"", "gauss8", "gauss4", "midpoint", "dp54", "rk4"})
+        for (const std::string settings : {"", "step = 0.2\n", "rescale = \"r\"\nstep = 0.2\n"}) {
+            if (method == "rk4" && settings.empty()) continue;
+            const std::string integrator = settings + (method.empty() ? "" : "method = \"" + method + "\"\n");
+            SCOPED_TRACE(integrator);
+            write("ingoing.toml", scene("-", integrator));
+            const Outcome outcome = run("trace ingoing.toml --rays rays.csv");
+            EXPECT_NE(outcome.err.find("flip the sign of the null vector"), std::string::npos) << outcome.err;
+            const json report = json::parse(run("trace ingoing.toml --rays rays.csv --quiet --json").out);
+            EXPECT_EQ(report["status"]["failed"], 1);
+            EXPECT_LE(report["gradients_per_ray"], max_gradients);
+            write("outgoing.toml", scene("+", integrator));
+            const Outcome regular = run("trace outgoing.toml --rays rays.csv");
+            EXPECT_EQ(regular.err, "");
+            EXPECT_NE(regular.out.find("captured"), std::string::npos) << regular.out;
+        }
 }
 
 TEST_F(Warnings, AreNotPrintedForTheScenesOfTheGallery) {

@@ -3,7 +3,7 @@
 #include "error.h"
 #include "modules/modules.h"
 #include "plan/names.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 #include "scene/reader.h"
 
 #include <CLI/CLI.hpp>
@@ -115,6 +115,22 @@ void add_messages(CLI::App& verb, Arguments& arguments) {
                "Colours of messages on stderr: auto, always or never. auto: if stderr is a terminal and NO_COLOR is "
                "empty or not set. Default: auto",
                "WHEN");
+}
+
+void add_columns(CLI::App& verb, Arguments& arguments, const std::string& use) {
+    add_option(verb, "--columns", arguments.columns,
+               "Integrals along the ray, separated by commas: action, time. " + use +
+                   " action is the integral of p·dq, time the integral of ∂H/∂pt dλ; both belong to H itself. Default: "
+                   "none",
+               "A,B");
+}
+
+void request_columns(const Arguments& arguments, Options& options) {
+    if (arguments.columns.empty()) return;
+    for (const std::string& column : split(arguments.columns, ',')) {
+        require_one_of("--columns", column, integral_names());
+        request_integral(options, column);
+    }
 }
 
 void add_json(CLI::App& verb, Arguments& arguments) {
@@ -287,11 +303,11 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
     return numbers;
 }
 
-std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max) {
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max, std::uint32_t min) {
     const auto number = parsed<std::uint32_t>(text);
-    if (!number || *number < 1 || *number > max)
+    if (!number || *number < min || *number > max)
         throw InputError(option + ": '" + text + "' is " + (number ? "out of range" : "not a whole number") +
-                         "; it must be from 1 to " + std::to_string(max));
+                         "; it must be from " + std::to_string(min) + " to " + std::to_string(max));
     return *number;
 }
 

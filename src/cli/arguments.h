@@ -2,7 +2,7 @@
 #pragma once
 
 #include "plan/plan.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 
 #include <cstdint>
 #include <string>
@@ -23,7 +23,10 @@ struct Arguments {
     std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, tolerance, size, spp, seed, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, columns, every;
-    std::string repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
+    std::string part;
+    std::vector<std::string> parts;  ///< Files of `merge`.
+    bool resume = false, incomplete = false;
+    std::string bounces, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
     bool several_isas = false;  ///< True if the verb accepts several names in --isa, or "all".
@@ -39,6 +42,12 @@ void add_option(CLI::App& verb, const std::string& names, std::vector<std::strin
                 const std::string& type);
 /// Adds an option without a value.
 void add_flag(CLI::App& verb, const std::string& names, bool& value, const std::string& help);
+
+/// Adds --columns. `use` is a sentence that states where the columns appear.
+void add_columns(CLI::App& verb, Arguments& arguments, const std::string& use);
+
+/// Requests the integrals of --columns. Throws InputError for other names.
+void request_columns(const Arguments& arguments, Options& options);
 
 /// Adds --quiet, --verbose and --color, which control the messages on stderr.
 void add_messages(CLI::App& verb, Arguments& arguments);
@@ -76,8 +85,8 @@ std::vector<std::string> split(const std::string& text, char separator);
 /// unless the text contains exactly `count` numbers.
 std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::string& text, char separator,
                                          std::size_t count);
-/// Parses a whole number from 1 to `max`. Throws InputError with the name of the option.
-std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max);
+/// Parses a whole number from `min` to `max`. Throws InputError with the name of the option.
+std::uint32_t count_of(const std::string& option, const std::string& text, std::uint32_t max, std::uint32_t min = 1);
 /// Parses a finite number. Throws InputError with the name of the option.
 double finite_number(const std::string& option, const std::string& text);
 /// Throws InputError unless `word` is one of `words`. The message suggests a similar word.

@@ -1,5 +1,6 @@
 #include "cli/verb.h"
 #include "error.h"
+#include "parts/tile_file.h"
 #include "report/listing.h"
 #include "scene/reader.h"
 
@@ -15,7 +16,7 @@ namespace {
 using namespace kagero;
 
 // A new verb needs one more row here.
-const Verb* const verbs[] = {&render_verb,  &trace_verb, &explain_verb,   &check_verb,   &print_verb,
+const Verb* const verbs[] = {&render_verb,  &merge_verb, &trace_verb,     &explain_verb, &check_verb, &print_verb,
                              &compare_verb, &error_verb, &stability_verb, &profile_verb, &list_verb};
 
 constexpr const char* exit_statuses =
@@ -55,8 +56,14 @@ void refuse_empty_json(const CLI::App& verb, const Arguments& arguments) {
 }
 
 /// Moves the value of `--json` to the scene, or to the topic of `list`, if no scene or topic was given and the value
-/// names one. In `render --json room.toml`, CLI11 assigns room.toml to --json, because the value of --json is optional.
+/// names one. Also moves it to the parts of `merge` if it is a part file. In `render --json room.toml`, CLI11 assigns
+/// room.toml to --json, because the value of --json is optional.
 void restore_positional(Arguments& arguments, const std::string& verb) {
+    if (verb == "merge" && is_tile_file(arguments.json)) {
+        arguments.parts.push_back(arguments.json);
+        arguments.json = "-";
+    }
+    if (verb == "merge") return;
     std::string& positional = verb == "list" ? arguments.topic : arguments.scene;
     if (!positional.empty()) return;
     const bool misplaced = verb == "list" ? json_is_positional(arguments.json, list_topics(), "a topic")

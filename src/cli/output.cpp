@@ -24,24 +24,7 @@ bool is_same_file(const std::string& a, const std::string& b) {
     return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
 }
 
-void add_texture(const Paint& paint, const std::string& name, std::vector<NamedFile>& files) {
-    if (!paint.texture.empty()) files.emplace_back("the texture of " + name, paint.texture);
-}
-
 }  // namespace
-
-std::vector<NamedFile> files_of(const SceneDescription& scene) {
-    std::vector<NamedFile> files{{"the scene", scene.path}};
-    add_texture(scene.sky.paint, "sky", files);
-    add_texture(scene.far_sky.paint, "sky.far", files);
-    for (const ObjectDescription& object : scene.objects) {
-        const std::string name = "object." + object.name;
-        add_texture(object.paint, name, files);
-        for (const Paint& face : object.faces) add_texture(face, name, files);
-        files.emplace_back("the mesh of " + name, object.file);
-    }
-    return files;
-}
 
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
     for (auto output = outputs.begin(); output != outputs.end(); ++output) {

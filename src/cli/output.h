@@ -3,6 +3,7 @@
 
 #include "cli/arguments.h"
 #include "film/write_film.h"
+#include "scene/files.h"
 
 #include <functional>
 #include <string>
@@ -16,10 +17,6 @@ void write_output(const std::string& path, const std::function<void(std::ostream
 /// Writes a film and returns the seconds that this took.
 double save_film(const Film& film, const std::string& path, const Metadata& metadata);
 
-/// Description and path of a file. Messages use the description, such as "--json" or "the texture of object.floor".
-using NamedFile = std::pair<std::string, std::string>;
-/// Returns all files that the scene consists of: the scene file, images and meshes.
-std::vector<NamedFile> files_of(const SceneDescription& scene);
 /// Throws InputError if an output cannot be written, or if it is the same file as an input or another output. Ignores
 /// paths that are empty or "-".
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs = {});

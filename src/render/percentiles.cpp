@@ -50,6 +50,25 @@ void PercentileHistogram::add(const PercentileHistogram& other) {
     max_ = std::max(max_, other.max_);
 }
 
+void ValueCounts::add(double value) {
+    const auto index = static_cast<std::uint32_t>(bin_of(value));
+    auto bin = std::lower_bound(bins.begin(), bins.end(), index,
+                                [](const Bin& candidate, std::uint32_t sought) { return candidate.index < sought; });
+    if (bin == bins.end() || bin->index != index) bin = bins.insert(bin, {index, 0});
+    ++bin->count;
+    max = std::max(max, value);
+}
+
+void PercentileHistogram::add(const ValueCounts& counts) {
+    if (counts.bins.empty()) return;
+    bins_.resize(bin_count);
+    for (const auto& [index, count] : counts.bins) {
+        bins_.at(index) += count;
+        total_ += count;
+    }
+    max_ = std::max(max_, counts.max);
+}
+
 /// Returns the upper bound of the bin that contains the value of rank share · total_, but at most the greatest value.
 /// Returns 0 for the first bin.
 double PercentileHistogram::quantile(double share) const {

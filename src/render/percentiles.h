@@ -14,6 +14,19 @@ struct Percentiles {
 /// values are not greater. All percentiles are NaN if there are no values.
 Percentiles percentiles_of(std::vector<double> values);
 
+/// The values of a tile, counted in the bins of PercentileHistogram. Only bins that contain values are stored.
+struct ValueCounts {
+    /// A bin, and the number of values in it.
+    struct Bin {
+        std::uint32_t index, count;
+    };
+    std::vector<Bin> bins;  ///< In ascending order of the index.
+    double max = 0;         ///< The greatest value.
+
+    /// Counts a value, which must not be negative or NaN.
+    void add(double value);
+};
+
 /// A histogram for the percentiles of more values than fit into memory. Values must not be negative or NaN. The
 /// histogram uses half a megabyte. Percentiles are too large by at most a factor 1 + 1/256; the greatest value is
 /// exact. Values below 3e-39 count as 0.
@@ -21,6 +34,7 @@ class PercentileHistogram {
 public:
     void add(double value);
     void add(const PercentileHistogram& other);
+    void add(const ValueCounts& counts);
     bool empty() const { return total_ == 0; }
     Percentiles percentiles() const;
 

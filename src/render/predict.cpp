@@ -92,9 +92,9 @@ private:
         const auto count = static_cast<std::uint32_t>(starts_.size());
         for (std::uint32_t i = 0; i < count; i += sample_rays_per_chunk)
             work.tiles.push_back({i, 0, std::min(i + sample_rays_per_chunk, count), 1});
-        const auto store_costs = [&](const Tile& rays, const RayEnd* ends, const RayList&, const CancelToken&) {
+        const auto store_costs = [&](const Tile& rays, const TracedRays& traced, const CancelToken&) {
             for (std::uint32_t i = rays.x0; i < rays.x1; i += rays_per_point_)
-                costs_[i / rays_per_point_] = cost_of_point(ends + (i - rays.x0));
+                costs_[i / rays_per_point_] = cost_of_point(&traced.ends[i - rays.x0]);
         };
         complete_ = !run_tiles(plan_, job, work, {}, store_costs, control).interrupted;
     }

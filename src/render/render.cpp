@@ -22,7 +22,22 @@ Tile traced_window(const Plan& plan, const Film& film) {
     return window;
 }
 
+/// Removes the tiles that `selects` refuses.
+void select_tiles(WorkList& work, const std::function<bool(const Tile&)>& selects) {
+    WorkList selected;
+    for (std::size_t i = 0; i < work.tiles.size(); ++i)
+        if (selects(work.tiles[i])) {
+            selected.tiles.push_back(work.tiles[i]);
+            selected.costs.push_back(work.costs[i]);
+        }
+    work = std::move(selected);
+}
+
 }  // namespace
+
+TileGrid tile_grid_of(const Plan& plan, const Film& film) {
+    return tile_grid(plan, traced_window(plan, film), schedule_of(plan));
+}
 
 Film film_of(const Plan& plan) {
     const Tile& window = plan.view.window;
@@ -39,7 +54,7 @@ Film film_of(const Plan& plan) {
 
 RunReport render(const Plan& plan, Film& film, const RunControl& control, const TileErrors& estimate_errors) {
     const auto begin = std::chrono::steady_clock::now();
-    Job job = plan.job();
+    Job job = plan.medium(plan.view.medium).job();
     const unsigned needs = needs_of(film);
     if (needs & need_energy_error) job.outputs |= output_energy;
     if (needs & need_action) job.outputs |= output_action;
@@ -51,24 +66,25 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
         throw RunError(
             "the layers position_error and rounding_error need an estimator of errors; call render_with_errors");
     Snapshots snapshots(control, film);
-    const auto finish_tile = [&, shown = plan.view.window](const Tile& tile, const RayEnd* ends, const RayList& list,
+    const auto finish_tile = [&, shown = plan.view.window](const Tile& tile, const TracedRays& traced,
                                                            const CancelToken& cancel) {
         const std::vector<EndError> estimates =
-            needs_errors ? estimate_errors(tile, ends, list, cancel) : std::vector<EndError>{};
+            needs_errors ? estimate_errors(tile, traced, cancel) : std::vector<EndError>{};
         if (needs_errors && cancel()) return;
-        snapshots.write([&] { shade_tile(plan, tile, shown, ends, list, estimates, film); });
+        snapshots.write([&] { shade_tile(plan, tile, shown, traced, estimates, film); });
         snapshots.deliver_if_requested();
     };
     const Schedule schedule = schedule_of(plan);
-    WorkList work = split_into_tiles(plan, traced_window(plan, film), schedule);
-    if (schedule == Schedule::predicted) {
+    WorkList work = split_into_tiles(plan, tile_grid_of(plan, film));
+    if (control.selects_tile) select_tiles(work, control.selects_tile);
+    if (schedule == Schedule::predicted && !work.tiles.empty()) {
         predict_costs(plan, film, work, control);
         sort_by_descending_cost(work);
     }
     const double predict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     RunControl remaining_control = control;
     remaining_control.time_limit -= predict_seconds;
-    RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control);
+    RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control, branch_choice_of(plan));
     report.schedule = schedule;
     report.predict_seconds = predict_seconds;
     report.seconds += predict_seconds;

@@ -4,15 +4,12 @@
 #include "render/threads.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <mutex>
 
-#include <pmmintrin.h>
 #include <time.h>
 #include <x86intrin.h>
 
@@ -21,29 +18,13 @@ namespace {
 
 /// Buffers and results of one thread, aligned so that no two threads use the same cache line.
 struct alignas(64) ThreadData {
-    RayList list;
-    std::vector<RayEnd> ends;
-    Counters counters{};
+    TracedRays traced;
+    PathCounters counters;
+    PathLengths path_lengths;
     ThreadTime time;
     std::uint64_t rays = 0;
     std::array<std::uint64_t, failure_count> failures{};
     PercentileHistogram energy_errors;
-};
-
-/// Makes this thread treat denormal numbers as zero while the object exists. Arithmetic with denormal numbers is a
-/// hundred times slower.
-class FlushDenormals {
-public:
-    FlushDenormals() : saved_mode_(_mm_getcsr()) {
-        _MM_SET_FLUSH_ZERO_MODE(_MM_FLUSH_ZERO_ON);
-        _MM_SET_DENORMALS_ZERO_MODE(_MM_DENORMALS_ZERO_ON);
-    }
-    ~FlushDenormals() { _mm_setcsr(saved_mode_); }
-    FlushDenormals(const FlushDenormals&) = delete;
-    FlushDenormals& operator=(const FlushDenormals&) = delete;
-
-private:
-    unsigned saved_mode_;
 };
 
 double processor_seconds() {
@@ -52,28 +33,21 @@ double processor_seconds() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// Applies an operation to each pair of numbers of two counters.
-template <class Operation>
-Counters combine(const Counters& a, const Counters& b, Operation operation) {
-    using Numbers = std::array<std::uint64_t, sizeof(Counters) / sizeof(std::uint64_t)>;
-    Numbers left = std::bit_cast<Numbers>(a);
-    const Numbers right = std::bit_cast<Numbers>(b);
-    std::transform(left.begin(), left.end(), right.begin(), left.begin(), operation);
-    return std::bit_cast<Counters>(left);
+GenerationCount difference(const GenerationCount& a, const GenerationCount& b) {
+    return {a.rays - b.rays, a.active_lane_steps - b.active_lane_steps, a.issued_lane_steps - b.issued_lane_steps,
+            a.nanoseconds - b.nanoseconds};
 }
 
 /// Returns a report with the sums of rays and counters and the energy errors of all threads.
 RunReport merge_results(std::vector<ThreadData>& threads) {
+    RunTotals totals;
     RunReport report;
-    PercentileHistogram energy_errors;
-    for (ThreadData& data : threads) {
-        report.rays += data.rays;
-        report.counters = combine(report.counters, data.counters, std::plus{});
+    for (const ThreadData& data : threads) {
+        totals.add({data.rays, data.counters.total, data.path_lengths, data.counters.generations, data.failures, {}});
+        totals.energy_errors.add(data.energy_errors);
         report.threads.push_back(data.time);
-        for (std::size_t i = 0; i < failure_count; ++i) report.failures[i] += data.failures[i];
-        energy_errors.add(data.energy_errors);
     }
-    report.energy_error = energy_errors.percentiles();
+    totals.write_to(report);
     return report;
 }
 
@@ -81,8 +55,8 @@ RunReport merge_results(std::vector<ThreadData>& threads) {
 class Run {
 public:
     Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-        const RunControl& control)
-        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), control_(control) {
+        const RunControl& control, BranchChoice choice)
+        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), control_(control), choice_(choice) {
         for (std::size_t i = 0; i < work.tiles.size(); ++i) total_cost_ += cost(i);
         if (control.recording) control.recording->tiles.assign(work.tiles.size(), TileRecord{});
     }
@@ -139,7 +113,7 @@ private:
     bool process(std::size_t i, unsigned thread, ThreadData& data) {
         if (!control_.recording) return trace_and_finish(work_.tiles[i], data, nullptr);
         TileRecord& record = control_.recording->tiles[i];
-        const Counters counters_before = data.counters;
+        const Counters counters_before = data.counters.total;
         const double processor_time_before = processor_seconds();
         record.tile = work_.tiles[i];
         record.thread = thread;
@@ -151,14 +125,14 @@ private:
         const bool done = trace_and_finish(work_.tiles[i], data, &record);
         record.end = done ? seconds() : 0;
         record.processor_time = processor_seconds() - processor_time_before;
-        record.counters = combine(data.counters, counters_before, std::minus{});
+        record.counters = combine(data.counters.total, counters_before, std::minus{});
         return done;
     }
     /// Traces a tile and passes its ray ends to `done_`. Returns false if the tile was cancelled.
     bool trace_and_finish(const Tile& tile, ThreadData& data, TileRecord* record) {
-        const Counters counters_before = data.counters;
+        const PathCounters counters_before = data.counters;
         TileCancellation cancellation{*this};
-        if (rays_) rays_(tile, data.list);
+        if (rays_) rays_(tile, data.traced.list);
         if (record) {
             record->listed = rays_ ? seconds() : record->begin;
             record->ticks = __rdtsc();
@@ -167,29 +141,45 @@ private:
         job.timed = record && record->has_tick_counts;
         const CancelToken cancel{[](void* user) { return static_cast<TileCancellation*>(user)->update(); },
                                  &cancellation};
-        cancel.install(job);
-        trace_tile(*plan_.run.kernel, job, tile, data.list, data.ends, data.counters);
+        trace_paths(plan_, job, tile, choice_, data.traced, data.counters, cancel);
         if (record) {
             record->traced = seconds();
             record->ticks = __rdtsc() - record->ticks;
         }
-        if (!cancellation.cancelled) done_(tile, data.ends.data(), data.list, cancel);
+        if (!cancellation.cancelled) done_(tile, data.traced, cancel);
         if (cancellation.cancelled) {
             data.counters = counters_before;
             return false;
         }
         const auto failed = static_cast<std::size_t>(Status::failed);
-        count_rays(data, data.counters.ended[failed] != counters_before.ended[failed]);
+        const bool has_failures = data.counters.total.ended[failed] != counters_before.total.ended[failed];
+        count_rays(data.traced, has_failures, data);
+        if (control_.tile_finished) control_.tile_finished(tile, report_of(data, counters_before, has_failures));
         return true;
     }
-    /// Adds the rays of a tile, their failures and their energy errors to the results of the thread.
-    void count_rays(ThreadData& data, bool has_failures) const {
-        data.rays += data.ends.size();
+    /// Adds the rays of a tile, their failures and their energy errors to `counts`, which is a ThreadData or a
+    /// TileReport.
+    template <class Counts>
+    void count_rays(const TracedRays& traced, bool has_failures, Counts& counts) const {
+        const std::vector<RayEnd>& ends = traced.ends;
+        counts.rays += ends.size();
+        for (std::size_t i = 0; i < traced.paths.size(); ++i)
+            counts.path_lengths.add(traced.paths[i].bounces, ends[i].cut_off);
         if (has_failures)
-            for (const RayEnd& end : data.ends) ++data.failures[static_cast<std::size_t>(end.failure)];
+            for (const RayEnd& end : ends) ++counts.failures[static_cast<std::size_t>(end.failure)];
         if (!(job_.outputs & output_energy)) return;
-        for (const RayEnd& end : data.ends)  // NaN for a ray that could not start
-            if (!std::isnan(end.energy_error)) data.energy_errors.add(end.energy_error);
+        for (const RayEnd& end : ends)  // NaN for a ray that could not start
+            if (!std::isnan(end.energy_error)) counts.energy_errors.add(end.energy_error);
+    }
+    /// Returns the report of the tile that the thread has just traced. `before` contains its counters before the tile.
+    TileReport report_of(const ThreadData& data, const PathCounters& before, bool has_failures) const {
+        TileReport report;
+        report.counters = combine(data.counters.total, before.total, std::minus{});
+        report.generations = data.counters.generations;
+        for (std::size_t i = 0; i < before.generations.size(); ++i)
+            report.generations[i] = difference(report.generations[i], before.generations[i]);
+        count_rays(data.traced, has_failures, report);
+        return report;
     }
     /// Adds the cost of a finished tile, and calls the progress callback unless another thread is calling it.
     void report_progress(double cost) {
@@ -205,6 +195,7 @@ private:
     const TileRays& rays_;
     const TileDone& done_;
     const RunControl& control_;
+    const BranchChoice choice_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     double total_cost_ = 0;                  ///< Cost of all tiles.
     std::atomic<double> finished_cost_ = 0;  ///< Cost of the finished tiles.
@@ -218,27 +209,10 @@ private:
 
 }  // namespace
 
-std::size_t ray_count_of(const Tile& tile, const RayList& list) {
-    return list.starts.empty() ? std::size_t(tile.x1 - tile.x0) * (tile.y1 - tile.y0) : list.starts.size();
-}
-
-void trace_tile(const KernelInfo& kernel, Job job, const Tile& tile, const RayList& list, std::vector<RayEnd>& ends,
-                Counters& counters) {
-    const FlushDenormals flush;
-    KAGERO_ASSERT(list.starts.empty() ? (job.camera || job.rays)
-                                      : (list.frequencies.empty() || list.frequencies.size() == list.starts.size()));
-    ends.resize(ray_count_of(tile, list));
-    if (list.starts.empty()) return kernel.trace(&job, &tile, ends.data(), &counters);
-    job.camera = nullptr;
-    job.rays = list.starts.data();
-    const Tile whole_list{0, 0, static_cast<std::uint32_t>(list.starts.size()), 1};
-    kernel.trace(&job, &whole_list, ends.data(), &counters);
-}
-
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-                    const RunControl& control) {
+                    const RunControl& control, BranchChoice choice) {
     std::vector<ThreadData> threads(std::max(plan.run.threads, 1u));
-    Run run(plan, job, work, rays, done, control);
+    Run run(plan, job, work, rays, done, control, choice);
     run_on_threads(static_cast<unsigned>(threads.size()),
                    [&](unsigned thread) { run.process_tiles(thread, threads[thread]); });
     const double elapsed = run.seconds();

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "film/film.h"
+#include "paths/trace_paths.h"
 #include "plan/options.h"
 #include "render/percentiles.h"
 #include "render/recording.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <functional>
 #include <limits>
 
@@ -20,6 +23,34 @@ struct ThreadTime {
     std::uint64_t tiles = 0;  ///< Number of tiles that the thread finished.
 };
 
+/// The numbers of surfaces that have sent the rays of a run on.
+struct PathLengths {
+    std::uint64_t bounces = 0;   ///< Sum over all rays.
+    std::uint32_t greatest = 0;  ///< Maximum over all rays.
+    std::uint64_t cut_off = 0;   ///< Number of paths that were cut off.
+
+    void add(std::uint32_t path_bounces, bool is_cut_off) {
+        bounces += path_bounces;
+        greatest = std::max(greatest, path_bounces);
+        cut_off += is_cut_off;
+    }
+    void add(const PathLengths& other) {
+        bounces += other.bounces;
+        greatest = std::max(greatest, other.greatest);
+        cut_off += other.cut_off;
+    }
+};
+
+/// The measurements of one tile.
+struct TileReport {
+    std::uint64_t rays = 0;
+    Counters counters{};
+    PathLengths path_lengths;
+    std::vector<GenerationCount> generations;
+    std::array<std::uint64_t, failure_count> failures{};
+    ValueCounts energy_errors;  ///< Empty if the run does not measure the error of H.
+};
+
 /// The measurements of a run.
 struct RunReport {
     std::uint64_t rays = 0;      ///< Number of rays in finished tiles.
@@ -28,14 +59,42 @@ struct RunReport {
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
     Counters counters{};
+    PathLengths path_lengths;
+    std::vector<GenerationCount> generations;             ///< Empty if no ray can continue at a surface.
     std::array<std::uint64_t, failure_count> failures{};  ///< Number of rays for each value of Failure.
     Percentiles energy_error = percentiles_of({});  ///< Requires Options::energy_error or the layer `energy_error`.
+    std::uint64_t earlier_rays = 0;  ///< Number of these rays that were not traced by this run, but read from a file.
     bool interrupted = false;                       ///< True if some tiles were not finished.
     bool out_of_time = false;                       ///< True if the time limit is the reason for this.
 };
 
+/// The numbers of Counters as an array.
+using CounterNumbers = std::array<std::uint64_t, sizeof(Counters) / sizeof(std::uint64_t)>;
+
+/// Applies an operation to each pair of numbers of two counters.
+template <class Operation>
+Counters combine(const Counters& a, const Counters& b, Operation operation) {
+    CounterNumbers left = std::bit_cast<CounterNumbers>(a);
+    const CounterNumbers right = std::bit_cast<CounterNumbers>(b);
+    std::transform(left.begin(), left.end(), right.begin(), left.begin(), operation);
+    return std::bit_cast<Counters>(left);
+}
+
+/// The sums of several reports. They do not depend on the order in which reports are added.
+struct RunTotals {
+    TileReport sums;  ///< TileReport::energy_errors is not used.
+    PercentileHistogram energy_errors;
+
+    void add(const TileReport& report);
+    /// Replaces the rays, counters, path lengths, failures and energy errors of a report by the sums.
+    void write_to(RunReport& report) const;
+};
+
 /// Called from time to time, from one thread at a time, with the finished share in [0, 1] and the elapsed seconds.
 using Progress = std::function<void(double done, double seconds)>;
+
+/// Receives a tile whose pixels are complete. It is called from several threads at once, for different tiles.
+using TileFinished = std::function<void(const Tile&, const TileReport&)>;
 
 /// The callbacks of a run, and the conditions that cancel it. Tiles in progress may then continue for half a second, or
 /// for half the time limit if that is shorter.
@@ -49,6 +108,9 @@ struct RunControl {
     std::atomic<bool>* snapshot_requested = nullptr;
     /// Receives a copy of the film while the other threads continue; null if there was not enough memory for the copy.
     std::function<void(const Film*)> snapshot = {};
+    /// Selects the tiles of a picture that are rendered. Empty: all tiles are rendered.
+    std::function<bool(const Tile&)> selects_tile = {};
+    TileFinished tile_finished = {};  ///< May be empty. If it throws, the run ends with this exception.
 };
 
 }  // namespace kagero

@@ -56,18 +56,42 @@ Schedule schedule_of(const Plan& plan) {
     return plan.run.schedule.value_or(is_prediction_worthwhile(plan) ? Schedule::predicted : Schedule::tiles);
 }
 
-WorkList split_into_tiles(const Plan& plan, const Tile& window, Schedule schedule) {
+std::uint64_t TileGrid::columns() const {
+    return (window.x1 - 1) / width - window.x0 / width + 1;
+}
+
+std::uint64_t TileGrid::count() const {
+    return columns() * ((window.y1 - 1) / height - window.y0 / height + 1);
+}
+
+Tile TileGrid::tile(std::uint64_t index) const {
+    const auto x = static_cast<std::uint32_t>((window.x0 / width + index % columns()) * width);
+    const auto y = static_cast<std::uint32_t>((window.y0 / height + index / columns()) * height);
+    return {std::max(x, window.x0), std::max(y, window.y0), std::min(x + width, window.x1),
+            std::min(y + height, window.y1)};
+}
+
+std::uint64_t TileGrid::index_of(const Tile& tile) const {
+    return (tile.y0 / height - window.y0 / height) * columns() + (tile.x0 / width - window.x0 / width);
+}
+
+TileGrid tile_grid(const Plan& plan, const Tile& window, Schedule schedule) {
     const auto [width, height] = tile_size(plan, schedule);
     KAGERO_ASSERT(window.x0 < window.x1 && window.y0 < window.y1 && width > 0 && height > 0);
+    return {window, width, height};
+}
+
+WorkList split_into_tiles(const Plan& plan, const TileGrid& grid) {
     WorkList work;
-    for (std::uint32_t y = window.y0 / height * height; y < window.y1; y += height)
-        for (std::uint32_t x = window.x0 / width * width; x < window.x1; x += width) {
-            const Tile& t =
-                work.tiles.emplace_back(Tile{std::max(x, window.x0), std::max(y, window.y0),
-                                             std::min(x + width, window.x1), std::min(y + height, window.y1)});
-            work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.description().film.spp);
-        }
+    for (std::uint64_t i = 0; i < grid.count(); ++i) {
+        const Tile& t = work.tiles.emplace_back(grid.tile(i));
+        work.costs.push_back(double(t.x1 - t.x0) * double(t.y1 - t.y0) * plan.description().film.spp);
+    }
     return work;
+}
+
+WorkList split_into_tiles(const Plan& plan, const Tile& window, Schedule schedule) {
+    return split_into_tiles(plan, tile_grid(plan, window, schedule));
 }
 
 void sort_by_descending_cost(WorkList& work) {

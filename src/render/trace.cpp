@@ -103,7 +103,7 @@ RayEnd end_at_start(const RayStart& start, Failure failure) {
 
 /// Traces the list. If the run is interrupted, rays that were not traced get the failure `untraced`.
 RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends,
-                   const RunControl& control) {
+                   const RunControl& control, std::vector<PathState>* paths = nullptr) {
     const std::vector<RayStart>& starts = *list.rays;
     job.camera = nullptr;
     job.rays = starts.data();
@@ -116,12 +116,14 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
         job.refill = !job.path_sink && is_refill_worthwhile(plan, job, starts.size());
     const double trial_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     ends.resize(starts.size());
+    if (paths) paths->assign(starts.size(), PathState{});
     const WorkList work = split_into_chunks(starts.size());
     std::vector<char> is_traced(work.tiles.size());
-    const auto store = [&](const Tile& tile, const RayEnd* traced_ends, const RayList&, const CancelToken&) {
+    const auto store = [&](const Tile& tile, const TracedRays& traced, const CancelToken&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             if (i + prefetch_distance < tile.x1) __builtin_prefetch(&ends[list.input_index(i + prefetch_distance)], 1);
-            RayEnd& end = ends[list.input_index(i)] = traced_ends[i - tile.x0];
+            RayEnd& end = ends[list.input_index(i)] = traced.ends[i - tile.x0];
+            if (paths && !traced.paths.empty()) (*paths)[list.input_index(i)] = traced.paths[i - tile.x0];
             const bool started = end.failure == Failure::none ||
                                  (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
             if (!started) end = end_at_start(starts[i], end.failure);
@@ -143,9 +145,9 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
 }  // namespace
 
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
-                const RunControl& control) {
+                const RunControl& control, std::vector<PathState>* paths) {
     Job job = plan.job();
-    return run_list(plan, job, OrderedList(plan, starts), ends, control);
+    return run_list(plan, job, OrderedList(plan, starts), ends, control, paths);
 }
 
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,

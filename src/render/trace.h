@@ -7,8 +7,10 @@ namespace kagero {
 
 /// Traces the rays; ends[i] belongs to starts[i]. Positions and λ in `ends` are in the coordinates and units of the
 /// scene file. If the run is interrupted, rays that were not traced get the status `failed` and the failure `untraced`.
+/// At surfaces that send light on, rays take the stronger branch, up to RunConfig::max_bounces. `paths`, if not null,
+/// receives the state of each ray's path.
 RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
-                const RunControl& control = {});
+                const RunControl& control = {}, std::vector<PathState>* paths = nullptr);
 
 /// Traces the rays and calls `visit` at the start of every ray that can be traced and after every step, from several
 /// threads but one at a time. PathPoint::ray is an index of `starts`. Positions and λ of the points are in the

@@ -84,12 +84,12 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     Options plan_options;  // --precision and --strategy select curves of the study; they do not apply to this plan.
     plan_options.isa = options.isa;
     plan_options.threads = options.threads;
-    const Plan plan = make_plan(std::move(scene), plan_options);
-    for (const std::string& remark : plan.remarks) terminal.warning(remark);
+    Plan plan = make_plan(std::move(scene), plan_options);
     if (plan.description().integrator.max_pixel_error > 0)
-        terminal.warning(
+        plan.remarks.push_back(
             std::string("integrator.max_pixel_error has no effect on `kagero error`; the method of the scene is ") +
             plan.method().name);
+    for (const std::string& remark : plan.remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "error");
     const ReportDirectory report(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
                                  files_of(plan.description()));

@@ -4,6 +4,7 @@
 #include "cli/output.h"
 #include "cli/paths.h"
 #include "cli/resolve.h"
+#include "cli/tile_job.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/map.h"
@@ -16,6 +17,7 @@
 #include "tuning/trial_run.h"
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <future>
 #include <limits>
@@ -36,12 +38,14 @@ void declare(CLI::App& app, Arguments& arguments) {
                "Render nothing; write the path of the ray through the middle of this pixel as CSV to stdout, one row "
                "per step. Pixel (0, 0) is at the top left",
                "X,Y");
+    add_columns(app, arguments, "Each adds a column to the CSV of --pixel; a picture has layers of the same names.");
     add_option(app, "--time-limit", arguments.time_limit,
                "Stop after this number of seconds of rendering, greater than 0, and write the picture so far. The "
                "limit changes no choice of the program. Default: no limit",
                "SECONDS");
     add_flag(app, "--maps", arguments.maps,
              "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
+    add_tile_options(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_execution(app, arguments);
@@ -80,8 +84,8 @@ void write_snapshot(const Plan& plan, const Film& film, const std::string& path,
     }
 }
 
-RunReport render_with_progress(const Plan& plan, Film& film, const std::string& output, double time_limit,
-                               const Terminal& terminal) {
+RunReport render_with_progress(const Plan& plan, Film& film, TileJob& job, const std::string& output,
+                               double time_limit, const Terminal& terminal) {
     ProgressLine line(terminal);
     RunControl control;
     control.progress = [&](double done, double seconds) { line.show(done, seconds); };
@@ -89,10 +93,12 @@ RunReport render_with_progress(const Plan& plan, Film& film, const std::string& 
     control.time_limit = time_limit;
     control.snapshot_requested = SnapshotGuard::requested();
     control.snapshot = [&](const Film* so_far) {
+        if (job.part) return line.print_message([&] { terminal.warning("there is no snapshot of a part"); });
         if (so_far) return write_snapshot(plan, *so_far, output, terminal, line);
         line.print_message([&] { terminal.warning("not enough memory for a snapshot; rendering continues"); });
     };
-    return render_with_errors(plan, film, control);
+    if (!job.is_used()) return render_with_errors(plan, film, control);
+    return render_tiles(plan, job.header, film, job.results, job.journal ? &*job.journal : nullptr, control);
 }
 
 /// Returns the layers among `names` that contain numbers, for which --maps writes files; none without --maps. Throws
@@ -127,13 +133,23 @@ void print_plan(const Plan& plan, const Terminal& terminal) {
                     rounded(plan.load_seconds) + " s");
 }
 
-void print_result(const RunReport& report, const std::string& path, const Terminal& terminal) {
-    const double rate = report.seconds > 0 ? static_cast<double>(report.rays) / report.seconds : 0;
-    const char* ending = report.out_of_time   ? "the time limit was reached; the picture so far is in "
-                         : report.interrupted ? "interrupted; the picture so far is in "
-                                              : "the picture is in ";
-    terminal.note(ending + path + " (" + rounded(static_cast<double>(report.rays)) + " rays in " +
-                  rounded(report.seconds) + " s, " + rounded(rate) + " rays/s)");
+/// Returns true if the finished tiles remain in the journal, and no output is written: after Ctrl-C or SIGTERM.
+bool keeps_journal_only(const TileJob& job, const RunReport& report) {
+    return job.journal && report.interrupted && !report.out_of_time;
+}
+
+void print_result(const RunReport& report, const TileJob& job, const std::string& path, const Terminal& terminal) {
+    const double rays = static_cast<double>(report.rays - report.earlier_rays);
+    const std::string output = !job.part ? "the picture" : "part " + job.part->text();
+    std::string ending = output + " is in " + path;
+    if (report.interrupted) ending = output + " so far is in " + path;
+    if (job.is_used() && report.interrupted) ending += ", with " + job.count_text();
+    if (keeps_journal_only(job, report))
+        ending = job.count_text() + " are in " + job.journal->path() + "; the same command continues";
+    if (report.interrupted)
+        ending = (report.out_of_time ? "the time limit was reached; " : "interrupted; ") + ending;
+    terminal.note(ending + " (" + rounded(rays) + " rays in " + rounded(report.seconds) + " s, " +
+                  rounded(report.seconds > 0 ? rays / report.seconds : 0) + " rays/s)");
 }
 
 /// Returns the warnings about a picture. Without an error that trial rays have confirmed, a few rays test whether H is
@@ -144,8 +160,13 @@ std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report) {
     return warnings_of(plan, report, "and are black");
 }
 
-/// Throws InputError for options that cannot be combined with --pixel.
+/// Throws InputError for options that cannot be combined with --pixel, or that need it.
 void check_combination(const Arguments& arguments) {
+    if (arguments.pixel.empty() && !arguments.columns.empty())
+        throw InputError("--columns has an effect only on the path of --pixel; add --pixel X,Y, or request the layers "
+                         "action and time by --layers");
+    if (!arguments.part.empty() && arguments.maps)
+        throw InputError("--part writes no picture; leave --maps out");
     if (arguments.pixel.empty()) return;
     const auto refuse = [](bool given, const char* option) {
         if (given)
@@ -157,63 +178,95 @@ void check_combination(const Arguments& arguments) {
     refuse(!arguments.crop.empty(), "--crop");
     refuse(arguments.maps, "--maps");
     refuse(!arguments.time_limit.empty(), "--time-limit");
+    refuse(!arguments.part.empty(), "--part");
+    refuse(arguments.resume, "--resume");
 }
 
 /// Writes the JSON report, prints the result and warnings, and returns the exit status.
-int conclude(const Plan& plan, const RunReport& report, double write_seconds, const std::string& output,
-             const std::string& json, const Terminal& terminal) {
+int conclude(const Plan& plan, const RunReport& report, const TileJob& job, double write_seconds,
+             const std::string& output, const std::string& json, const Terminal& terminal) {
     const std::vector<Warning> warnings = warnings_of_picture(plan, report);
     if (!json.empty())
         write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds, warnings); });
-    print_result(report, output, terminal);
+    print_result(report, job, output, terminal);
     for (const Warning& warning : warnings) terminal.warning(warning.text);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
     return misses_stated_bound(plan) ? exit_bound : exit_done;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-    check_combination(arguments);
-    const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
-    const double time_limit = time_limit_of(arguments);
-    Options options = options_of(arguments);
-    // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
-    // invisible in a picture.
-    if (!arguments.pixel.empty() && !options.precision) options.precision = Precision::float64;
-    SceneDescription scene = scene_of(arguments, options);
-    const std::string output =
-        arguments.output.empty() ? std::filesystem::path(arguments.scene).stem().string() + ".exr" : arguments.output;
-    const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
-    if (arguments.pixel.empty()) {
-        std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
-        for (const LayerInfo* layer : mapped)
-            outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
-        check_outputs(outputs, files_of(scene));
-    }
-    check_crop(arguments, options, scene.film);
+/// Returns the path of the picture or part.
+std::string output_of(const Arguments& arguments, const std::optional<PartNumber>& part) {
+    if (!arguments.output.empty()) return arguments.output;
+    const std::string stem = std::filesystem::path(arguments.scene).stem().string();
+    if (!part) return stem + ".exr";
+    return stem + "-" + std::to_string(part->number) + "-of-" + std::to_string(part->count) + ".part";
+}
+
+/// Checks that all files of the render can be written. Throws InputError.
+void check_files(const Arguments& arguments, const Options& options, const SceneDescription& scene,
+                 const std::vector<const LayerInfo*>& mapped, const std::string& output) {
+    std::vector<NamedFile> outputs{{"-o", output}, {"--json", arguments.json}};
+    outputs.emplace_back("the journal", journal_path(arguments, output));
+    for (const LayerInfo* layer : mapped) outputs.emplace_back("the map of " + layer->name, map_path(output, *layer));
+    check_outputs(outputs, files_of(scene));
     const bool whole_film = arguments.crop.empty();
     const std::uint32_t width = whole_film ? scene.film.width : options.crop.x1 - options.crop.x0,
                         height = whole_film ? scene.film.height : options.crop.y1 - options.crop.y0;
-    if (arguments.pixel.empty()) {
-        check_writable(output, scene.film.layers, width, height);
-        // The JSON and the attributes of an .exr file contain the error of H.
-        options.energy_error = !arguments.json.empty() || stores_all_layers(output);
-    }
-    auto writer_is_loaded = std::async(std::launch::async, [&] {
-        if (arguments.pixel.empty()) prepare_to_write(output);
-    });
+    if (arguments.part.empty()) check_writable(output, scene.film.layers, width, height);
+}
 
-    const Plan plan = resolve_with_progress(std::move(scene), options, terminal);
+/// Writes the picture or part, and removes the journal if all tiles are finished. Returns the seconds for writing.
+double write_result(TileJob& job, const Plan& plan, const Film& film, const RunReport& report,
+                    const std::string& output) {
+    if (keeps_journal_only(job, report)) return 0;
+    const auto begin = std::chrono::steady_clock::now();
+    if (job.part) write_part(output, job.header, film, job.results);
+    else write_film(film, output, picture_metadata(plan, report));
+    if (job.journal && !report.interrupted) job.journal->remove();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+int render_picture(const Arguments& arguments, Options options, SceneDescription scene, const Terminal& terminal) {
+    TileJob job;
+    job.part = part_of(arguments);
+    const std::string output = output_of(arguments, job.part);
+    const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
+    const double time_limit = time_limit_of(arguments);
+    check_files(arguments, options, scene, mapped, output);
+    // The JSON and the attributes of an .exr file contain the error of H.
+    options.energy_error = job.part || arguments.resume || !arguments.json.empty() || stores_all_layers(output);
+    if (arguments.resume) job.journal.emplace(journal_path(arguments, output));
+    auto writer_is_loaded = std::async(std::launch::async, [&] {
+        if (!job.part) prepare_to_write(output);
+    });
+    const Plan plan = plan_of(job, std::move(scene), options, terminal);
     // Until here, an interrupt terminates the program, because there are no results to keep.
     const InterruptGuard interrupts;
     print_plan(plan, terminal);
-    if (!arguments.pixel.empty()) return write_pixel_path(plan, arguments.pixel, terminal);
-
     Film film = film_of(plan);
+    begin_tiles(job, plan, film, terminal);
     writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
-    const RunReport report = render_with_progress(plan, film, output, time_limit, terminal);
-    const double write_seconds = save_film(film, output, picture_metadata(plan, report));
-    write_maps(film, mapped, output, terminal);
-    return conclude(plan, report, write_seconds, output, arguments.json, terminal);
+    const RunReport report = render_with_progress(plan, film, job, output, time_limit, terminal);
+    const double write_seconds = write_result(job, plan, film, report, output);
+    if (!keeps_journal_only(job, report)) write_maps(film, mapped, output, terminal);
+    return conclude(plan, report, job, write_seconds, output, arguments.json, terminal);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    check_combination(arguments);
+    const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
+    Options options = options_of(arguments);
+    request_columns(arguments, options);
+    SceneDescription scene = scene_of(arguments, options);
+    check_crop(arguments, options, scene.film);
+    if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal);
+    // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
+    // invisible in a picture.
+    if (!options.precision) options.precision = Precision::float64;
+    const Plan plan = resolve_with_progress(std::move(scene), options, terminal);
+    const InterruptGuard interrupts;
+    print_plan(plan, terminal);
+    return write_pixel_path(plan, arguments.pixel, terminal);
 }
 
 }  // namespace

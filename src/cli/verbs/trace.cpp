@@ -21,7 +21,7 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t max_repeats = 1'000'000;
+constexpr std::uint32_t max_repeats = 1'000'000, max_bounces = 1000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
@@ -36,11 +36,7 @@ void declare(CLI::App& app, Arguments& arguments) {
                "With --path, write the points at the multiples of L of λ instead of the steps. Each point is computed "
                "by a part of a step of the method. Default: every step",
                "L");
-    add_option(app, "--columns", arguments.columns,
-               "Integrals along the ray, separated by commas: action, time. Each adds a column to the CSV and an array "
-               "to the JSON. action is the integral of p·dq, time the integral of ∂H/∂pt dλ; both belong to H itself. "
-               "Default: none",
-               "A,B");
+    add_columns(app, arguments, "Each adds a column to the CSV and an array to the JSON.");
     add_option(app, "--observer", arguments.observer,
                "Observer in whose rest frame directions are given: static, zamo, falling or coordinate. Default: none; "
                "directions are dq/dλ in scene coordinates",
@@ -49,6 +45,11 @@ void declare(CLI::App& app, Arguments& arguments) {
                "End every ray at this value of the ray parameter λ, L > 0, with status step_limit. λ is 0 at the "
                "start. Default: no limit",
                "L");
+    add_option(app, "--bounces", arguments.bounces,
+               "Number of surfaces through which a ray continues, 0 to 1000: mirrors and boundaries of media. It takes "
+               "the stronger branch. Adds the columns bounces, medium and weight. Excludes --parameter. Default: 0, a "
+               "ray ends at the first surface",
+               "N");
     add_option(app, "--repeat", arguments.repeat,
                "Number of timed runs for the report of --json, 1 to 1000000; one more run before them is not timed. "
                "Default: 1",
@@ -95,13 +96,11 @@ SceneDescription scene_with_parameter(Arguments arguments, const Options& option
     return general_path_scene_of(arguments, options);
 }
 
-/// Sets the options for the integrals of --columns. Throws InputError for other names.
-void request_columns(const Arguments& arguments, Options& options) {
-    if (arguments.columns.empty()) return;
-    for (const std::string& column : split(arguments.columns, ',')) {
-        require_one_of("--columns", column, {"action", "time"});
-        (column == "action" ? options.action : options.time) = true;
-    }
+/// Returns the number of surfaces through which rays continue; empty: they end at the first surface.
+std::optional<std::uint32_t> bounces_of(const Arguments& arguments) {
+    const std::uint32_t bounces =
+        arguments.bounces.empty() ? 0 : count_of("--bounces", arguments.bounces, max_bounces, 0);
+    return bounces > 0 ? std::optional(bounces) : std::nullopt;
 }
 
 /// Returns the plan for the CSV, whose columns include the error of H and λ, or for the timed runs of the JSON report.
@@ -112,6 +111,7 @@ Plan plan_of(const Request& request, bool for_csv) {
     options.energy_error = options.parameter = for_csv;
     request_columns(request.arguments, options);
     options.observer = observer_of(request.arguments);
+    options.bounces = bounces_of(request.arguments);
     const std::string& limit = request.arguments.parameter;
     if (!limit.empty()) {
         if (scene.integrator.rescale != "none")
@@ -140,8 +140,10 @@ bool write_csv(const Request& request, const std::string& output, const RunContr
         return *control.stop;
     }
     std::vector<RayEnd> ends;
-    const RunReport report = trace(plan, starts, ends, control);
-    write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends); });
+    std::vector<PathState> paths;
+    const RunReport report = trace(plan, starts, ends, control, &paths);
+    const bool writes_paths = !request.arguments.bounces.empty();
+    write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends, writes_paths ? &paths : nullptr); });
     for (const Warning& warning : warnings_of(plan, report)) request.terminal.warning(warning.text);
     return report.interrupted;
 }
@@ -179,6 +181,8 @@ void check_combination(const Arguments& arguments) {
         if (!(finite_number("--every", arguments.every) > 0))
             throw InputError("--every: " + arguments.every + " is not greater than 0");
     }
+    if (!arguments.bounces.empty() && !arguments.parameter.empty())
+        throw InputError("--bounces and --parameter exclude each other: each medium has its own ray parameter");
     if (arguments.path && !arguments.json.empty())
         throw InputError("--path and --json exclude each other: the JSON reports on ray ends; use one of the two");
     if (!arguments.repeat.empty() && arguments.json.empty())

@@ -1,0 +1,143 @@
+#include "parts/journal.h"
+
+#include "error.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+namespace kagero {
+namespace {
+
+/// Returns true if the open file is the one at `path`. It is not if another process has removed or replaced that.
+bool is_file_at(int file, const std::string& path) {
+    struct stat opened {
+    }, named{};
+    return fstat(file, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+           opened.st_dev == named.st_dev;
+}
+
+/// Writes all bytes. Returns 0, or the error of the system.
+int write_all(int file, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(file, bytes.data(), bytes.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return errno;
+        if (written == 0) return ENOSPC;
+        bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+}  // namespace
+
+Journal::Journal(std::string path) : path_(std::move(path)) {
+    lock_file();
+    try {
+        std::ifstream in(path_, std::ios::binary);
+        header_ = read_header(in, path_);
+        if (header_) size_ = static_cast<std::uint64_t>(in.tellg());
+    } catch (...) {
+        close(file_);
+        throw;
+    }
+}
+
+/// Opens and locks the file. Tries again if another process removed it between these two steps, and for a second if
+/// another process has locked it: a process that was killed keeps its lock until its last transfer to the disk ends.
+void Journal::lock_file() {
+    using Clock = std::chrono::steady_clock;
+    const auto deadline = Clock::now() + std::chrono::seconds(1);
+    for (;;) {
+        file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (file_ < 0) throw InputError("cannot open the journal '" + path_ + "': " + std::strerror(errno));
+        const int error = flock(file_, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
+        if (error == 0 && is_file_at(file_, path_)) return;
+        close(file_);
+        if (error == EWOULDBLOCK && Clock::now() < deadline) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(20));
+            continue;
+        }
+        if (error == EWOULDBLOCK)
+            throw InputError("another process renders to the journal '" + path_ +
+                             "'; wait until it ends, or choose another output with -o");
+        if (error != 0) throw InputError("cannot lock the journal '" + path_ + "': " + std::strerror(error));
+    }
+}
+
+Journal::~Journal() {
+    if (!removed_ && size_ == 0 && !header_) unlink(path_.c_str());
+    close(file_);
+}
+
+void Journal::refuse_write(int error) const {
+    throw RunError("cannot write the journal '" + path_ + "': " + std::strerror(error) +
+                   "; the finished tiles remain in it, and the same command continues");
+}
+
+void Journal::cut(std::uint64_t size) {
+    if (ftruncate(file_, static_cast<off_t>(size)) != 0 || lseek(file_, static_cast<off_t>(size), SEEK_SET) < 0)
+        refuse_write(errno);
+}
+
+/// Cuts the file, and returns the number of removed bytes.
+std::uint64_t Journal::cut_after(std::uint64_t size) {
+    struct stat found {};
+    if (fstat(file_, &found) != 0) refuse_write(errno);
+    size_ = size;
+    cut(size_);
+    return static_cast<std::uint64_t>(found.st_size) - size_;
+}
+
+std::uint64_t Journal::begin(const TileFileHeader& header) {
+    const std::uint64_t removed = cut_after(0);
+    append(encode_header(header));
+    sync();
+    header_ = header;
+    return removed;
+}
+
+std::uint64_t Journal::read(Film& film, TileResults& results) {
+    std::ifstream in(path_, std::ios::binary);
+    in.seekg(static_cast<std::streamoff>(size_));
+    const TilesRead tiles = read_tiles(in, *header_, film, results);
+    return cut_after(tiles.valid_bytes);
+}
+
+void Journal::append(const std::string& record) {
+    constexpr auto sync_interval = std::chrono::seconds(1);
+    bool is_due = false;
+    {
+        const std::lock_guard lock(appending_);
+        if (const int error = write_all(file_, record); error != 0) {
+            cut(size_);
+            refuse_write(error);
+        }
+        size_ += record.size();
+        const auto now = std::chrono::steady_clock::now();
+        is_due = now - synced_ > sync_interval;
+        if (is_due) synced_ = now;
+    }
+    if (is_due) sync();
+}
+
+void Journal::sync() {
+    const std::lock_guard lock(syncing_);
+    // Some file systems do not support the transfer; the data is then in the hands of the system, which writes it
+    // later.
+    if (fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) refuse_write(errno);
+}
+
+void Journal::remove() {
+    if (unlink(path_.c_str()) != 0 && errno != ENOENT)
+        throw RunError("cannot remove the journal '" + path_ + "': " + std::strerror(errno));
+    removed_ = true;
+}
+
+}  // namespace kagero

@@ -1,0 +1,53 @@
+/// The journal of a render: a tile file that grows with every finished tile, so that a later run can continue.
+#pragma once
+
+#include "parts/tile_file.h"
+
+#include <chrono>
+#include <mutex>
+
+namespace kagero {
+
+/// A journal, which no other process can open during the lifetime of the object.
+class Journal {
+public:
+    /// Opens the journal, or creates it. Throws InputError if another process uses it, or if the file is not a journal
+    /// that this program can read.
+    explicit Journal(std::string path);
+    /// Closes the journal. Removes it if nothing was written to it.
+    ~Journal();
+    Journal(const Journal&) = delete;
+    Journal& operator=(const Journal&) = delete;
+
+    const std::string& path() const { return path_; }
+    /// Returns the header of the run that began the journal; nullopt if the journal is new.
+    const std::optional<TileFileHeader>& header() const { return header_; }
+    /// Removes all bytes, and writes the header of a new journal. Returns the number of removed bytes. Throws RunError.
+    std::uint64_t begin(const TileFileHeader& header);
+    /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
+    std::uint64_t read(Film& film, TileResults& results);
+    /// Appends a record to the file, and transfers the file to the disk if the last transfer was more than a second
+    /// ago. May be called from several threads. Throws RunError if writing fails; the journal then ends with its last
+    /// complete record.
+    void append(const std::string& record);
+    /// Transfers the file to the disk.
+    void sync();
+    /// Removes the file.
+    void remove();
+
+private:
+    [[noreturn]] void refuse_write(int error) const;
+    void lock_file();
+    void cut(std::uint64_t size);
+    std::uint64_t cut_after(std::uint64_t size);
+
+    std::string path_;
+    int file_ = -1;
+    std::optional<TileFileHeader> header_;
+    std::uint64_t size_ = 0;  ///< Size of the file up to its last complete record.
+    bool removed_ = false;
+    std::mutex appending_, syncing_;
+    std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace kagero

@@ -1,0 +1,43 @@
+#include "parts/render_tiles.h"
+
+#include "accuracy/end_errors.h"
+#include "parts/choices.h"
+#include "report/run_json.h"
+
+namespace kagero {
+
+TileFileHeader header_of(const Plan& plan, const Film& film, Properties identity, const PartNumber& part) {
+    TileFileHeader header;
+    header.identity = std::move(identity);
+    header.choices = choices_of(plan);
+    header.metadata = plan_metadata(plan);
+    header.misses_bound = misses_stated_bound(plan);
+    header.layers = plan.description().film.layers;
+    header.width = film.width();
+    header.height = film.height();
+    header.window = film.window();
+    header.grid = tile_grid_of(plan, film);
+    header.part = part;
+    return header;
+}
+
+RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& film, TileResults& results,
+                       Journal* journal, RunControl control) {
+    const std::uint64_t earlier_rays = results.totals().sums.rays;
+    control.selects_tile = [&](const Tile& tile) {
+        const std::uint64_t index = header.grid.index_of(tile);
+        return header.part.contains(index) && !results.has(index);
+    };
+    control.tile_finished = [&](const Tile& tile, const TileReport& tile_report) {
+        const std::uint64_t index = header.grid.index_of(tile);
+        if (journal) journal->append(encode_tile(header, index, tile_report, film));
+        results.add(index, tile_report);
+    };
+    RunReport report = render_with_errors(plan, film, control);
+    if (journal) journal->sync();
+    results.totals().write_to(report);
+    report.earlier_rays = earlier_rays;
+    return report;
+}
+
+}  // namespace kagero

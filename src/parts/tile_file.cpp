@@ -1,0 +1,288 @@
+#include "parts/tile_file.h"
+
+#include "error.h"
+#include "film/partial_file.h"
+#include "parts/bytes.h"
+
+#include <algorithm>
+#include <fstream>
+#include <istream>
+#include <new>
+#include <ostream>
+
+namespace kagero {
+namespace {
+
+constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
+constexpr std::uint32_t format_version = 1;
+
+enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
+
+/// Size of the kind and the size in front of the content of a record, in bytes.
+constexpr std::size_t record_head = sizeof(std::uint32_t) + sizeof(std::uint64_t);
+
+std::string encode_record(RecordKind kind, const std::string& content) {
+    ByteWriter record;
+    record.put(static_cast<std::uint32_t>(kind));
+    record.put_text(content);
+    record.put(fnv1a(record.bytes));
+    return std::move(record.bytes);
+}
+
+/// A record, or the reason why there is none.
+struct Record {
+    TileFileEnd state;  ///< `complete` for a valid record.
+    RecordKind kind{};
+    std::string content{};
+};
+
+std::uint64_t bytes_left(std::istream& in) {
+    const auto position = in.tellg();
+    in.seekg(0, std::ios::end);
+    const auto end = in.tellg();
+    in.seekg(position);
+    return static_cast<std::uint64_t>(end - position);
+}
+
+Record read_record(std::istream& in) {
+    const std::uint64_t left = bytes_left(in);
+    if (left < record_head) return {TileFileEnd::incomplete};
+    std::string head(record_head, '\0');
+    in.read(head.data(), record_head);
+    ByteReader reader(head);
+    Record record{TileFileEnd::complete, static_cast<RecordKind>(reader.get<std::uint32_t>())};
+    const auto size = reader.get<std::uint64_t>();
+    std::uint64_t hash = 0;
+    if (left - record_head < sizeof hash || size > left - record_head - sizeof hash) return {TileFileEnd::incomplete};
+    record.content.resize(size);
+    in.read(record.content.data(), static_cast<std::streamsize>(size));
+    in.read(reinterpret_cast<char*>(&hash), sizeof hash);
+    if (!in) return {TileFileEnd::incomplete};
+    if (hash != fnv1a(record.content, fnv1a(head))) return {TileFileEnd::damaged};
+    return record;
+}
+
+void put_properties(ByteWriter& writer, const Properties& properties) {
+    writer.put(std::uint64_t{properties.size()});
+    for (const auto& [name, value] : properties) {
+        writer.put_text(name);
+        writer.put_text(value);
+    }
+}
+
+Properties get_properties(ByteReader& reader) {
+    Properties properties;
+    for (auto left = reader.get<std::uint64_t>(); left > 0; --left) {
+        std::string name = reader.get_text();
+        properties.emplace_back(std::move(name), reader.get_text());
+    }
+    return properties;
+}
+
+const LayerInfo& layer_named(const std::string& name) {
+    for (const LayerInfo& layer : all_layers())
+        if (layer.name == name) return layer;
+    throw InputError("it contains the layer " + name + ", which this program does not have");
+}
+
+TileFileHeader decode_header(const std::string& content) {
+    ByteReader reader(content);
+    TileFileHeader header;
+    header.identity = get_properties(reader);
+    header.choices = get_properties(reader);
+    header.metadata = get_properties(reader);
+    header.misses_bound = reader.get<std::uint8_t>() != 0;
+    for (auto left = reader.get<std::uint64_t>(); left > 0; --left) {
+        header.layers.push_back(reader.get_text());
+        if (layer_named(header.layers.back()).channels.size() != reader.get<std::uint32_t>())
+            throw InputError("its layer " + header.layers.back() + " has another number of channels");
+    }
+    header.width = reader.get<std::uint32_t>();
+    header.height = reader.get<std::uint32_t>();
+    header.window = reader.get<CropWindow>();
+    header.grid = reader.get<TileGrid>();
+    header.part = reader.get<PartNumber>();
+    const Tile& window = header.grid.window;
+    const bool legal = header.grid.width > 0 && header.grid.height > 0 && window.x0 < window.x1 &&
+                       window.y0 < window.y1 && header.part.number >= 1 && header.part.number <= header.part.count &&
+                       header.part.count <= max_parts;
+    if (!legal || !reader.empty()) throw InputError("its header is not legal");
+    return header;
+}
+
+/// Returns the rectangle that the film covers, in pixels of the whole picture.
+Tile shown_by(const TileFileHeader& header) {
+    return {header.window.x, header.window.y, header.window.x + header.width, header.window.y + header.height};
+}
+
+/// Calls visit(first float, number of floats) for every row of pixels of a tile in every layer of a film.
+template <class FilmType, class Visit>
+void for_each_row(const TileFileHeader& header, const Tile& tile, FilmType& film, const Visit& visit) {
+    const Tile shown = shown_by(header);
+    const std::uint32_t x0 = std::max(tile.x0, shown.x0), x1 = std::min(tile.x1, shown.x1);
+    const std::uint32_t y1 = std::min(tile.y1, shown.y1);
+    if (x0 >= x1) return;
+    for (const LayerInfo* layer : film.layers()) {
+        const std::size_t channels = layer->channels.size();
+        for (std::uint32_t y = std::max(tile.y0, shown.y0); y < y1; ++y) {
+            const std::size_t first = std::size_t{y - shown.y0} * header.width + (x0 - shown.x0);
+            visit(film.plane(layer->name) + first * channels, (x1 - x0) * channels);
+        }
+    }
+}
+
+void put_report(ByteWriter& writer, const TileReport& report) {
+    writer.put(report.rays);
+    writer.put(report.counters);
+    writer.put(report.path_lengths.bounces);
+    writer.put(std::uint64_t{report.path_lengths.greatest});
+    writer.put(report.path_lengths.cut_off);
+    writer.put(report.failures);
+    writer.put(std::uint64_t{report.generations.size()});
+    for (const GenerationCount& generation : report.generations) writer.put(generation);
+    writer.put(report.energy_errors.max);
+    writer.put(std::uint64_t{report.energy_errors.bins.size()});
+    for (const ValueCounts::Bin& bin : report.energy_errors.bins) writer.put(bin);
+}
+
+TileReport get_report(ByteReader& reader) {
+    TileReport report;
+    report.rays = reader.get<std::uint64_t>();
+    report.counters = reader.get<Counters>();
+    report.path_lengths.bounces = reader.get<std::uint64_t>();
+    report.path_lengths.greatest = static_cast<std::uint32_t>(reader.get<std::uint64_t>());
+    report.path_lengths.cut_off = reader.get<std::uint64_t>();
+    report.failures = reader.get<decltype(report.failures)>();
+    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
+        report.generations.push_back(reader.get<GenerationCount>());
+    report.energy_errors.max = reader.get<double>();
+    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
+        report.energy_errors.bins.push_back(reader.get<ValueCounts::Bin>());
+    return report;
+}
+
+/// Adds a tile to film and results. Returns false if the content is not that of a new tile of the part.
+bool add_tile(const TileFileHeader& header, const std::string& content, Film& film, TileResults& results) try {
+    ByteReader reader(content);
+    const auto index = reader.get<std::uint64_t>();
+    const auto tile = reader.get<Tile>();
+    if (index >= header.grid.count() || !header.part.contains(index) || results.has(index)) return false;
+    const Tile expected = header.grid.tile(index);
+    if (std::memcmp(&tile, &expected, sizeof tile) != 0) return false;
+    TileReport report = get_report(reader);
+    for_each_row(header, tile, film,
+                 [&](float* first, std::size_t count) { reader.get_raw(first, count * sizeof(float)); });
+    return reader.empty() && results.add(index, std::move(report));
+} catch (const InputError&) {
+    return false;
+}
+
+}  // namespace
+
+std::uint64_t PartNumber::tiles_of(const TileGrid& grid) const {
+    const std::uint64_t all = grid.count();
+    return all / count + (all % count >= number ? 1 : 0);
+}
+
+Film TileFileHeader::film() const {
+    try {
+        return Film(width, height, layers, window);
+    } catch (const std::bad_alloc&) {
+        throw RunError("not enough memory for the film of " + std::to_string(width) + " x " + std::to_string(height) +
+                       " pixels");
+    }
+}
+
+bool is_tile_file(const std::string& path) {
+    std::string begin(magic.size(), '\0');
+    std::ifstream in(path, std::ios::binary);
+    return in.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == magic;
+}
+
+std::optional<TileFileHeader> read_header(std::istream& in, const std::string& path) {
+    std::string begin(std::min<std::uint64_t>(magic.size(), bytes_left(in)), '\0');
+    in.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    if (!magic.starts_with(begin))
+        throw InputError(path + " is not a part or journal of kagero: its first bytes are others");
+    std::uint32_t version = 0;
+    if (!in.read(reinterpret_cast<char*>(&version), sizeof version)) return {};
+    if (version != format_version)
+        throw InputError(path + " has version " + std::to_string(version) +
+                         " of the format; this program reads version " + std::to_string(format_version) +
+                         "; use the kagero that wrote the file");
+    const Record record = read_record(in);
+    if (record.state == TileFileEnd::incomplete) return {};
+    if (record.state == TileFileEnd::damaged || record.kind != RecordKind::header)
+        throw InputError(path + " is damaged: its header differs from what was written");
+    try {
+        return decode_header(record.content);
+    } catch (const InputError& error) {
+        throw InputError(path + " cannot be used: " + error.what());
+    }
+}
+
+TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film, TileResults& results) {
+    for (std::uint64_t tiles = 0;; ++tiles) {
+        const auto valid = static_cast<std::uint64_t>(in.tellg());
+        const Record record = read_record(in);
+        if (record.state != TileFileEnd::complete) return {record.state, valid};
+        if (record.kind == RecordKind::end) {
+            const bool matches = record.content.size() == sizeof tiles &&
+                                 ByteReader(record.content).get<std::uint64_t>() == tiles &&
+                                 tiles == header.part.tiles_of(header.grid) && bytes_left(in) == 0;
+            if (!matches) return {TileFileEnd::damaged, valid};
+            return {TileFileEnd::complete, static_cast<std::uint64_t>(in.tellg())};
+        }
+        if (record.kind != RecordKind::tile || !add_tile(header, record.content, film, results))
+            return {TileFileEnd::damaged, valid};
+    }
+}
+
+std::string encode_header(const TileFileHeader& header) {
+    ByteWriter content;
+    put_properties(content, header.identity);
+    put_properties(content, header.choices);
+    put_properties(content, header.metadata);
+    content.put(static_cast<std::uint8_t>(header.misses_bound));
+    content.put(std::uint64_t{header.layers.size()});
+    for (const std::string& layer : header.layers) {
+        content.put_text(layer);
+        content.put(static_cast<std::uint32_t>(layer_named(layer).channels.size()));
+    }
+    content.put(header.width);
+    content.put(header.height);
+    content.put(header.window);
+    content.put(header.grid);
+    content.put(header.part);
+    ByteWriter file;
+    file.put_raw(magic.data(), magic.size());
+    file.put(format_version);
+    return file.bytes + encode_record(RecordKind::header, content.bytes);
+}
+
+std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film) {
+    const Tile tile = header.grid.tile(index);
+    ByteWriter content;
+    content.put(index);
+    content.put(tile);
+    put_report(content, report);
+    for_each_row(header, tile, film,
+                 [&](const float* first, std::size_t count) { content.put_raw(first, count * sizeof(float)); });
+    return encode_record(RecordKind::tile, content.bytes);
+}
+
+void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results) {
+    write_file(path, [&](std::ostream& out) {
+        const auto write = [&](const std::string& bytes) {
+            out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        };
+        write(encode_header(header));
+        for (const auto& [index, report] : results.reports()) write(encode_tile(header, index, report, film));
+        if (results.count() != header.part.tiles_of(header.grid)) return;
+        ByteWriter end;
+        end.put(results.count());
+        write(encode_record(RecordKind::end, end.bytes));
+    });
+}
+
+}  // namespace kagero

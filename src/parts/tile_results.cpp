@@ -1,0 +1,16 @@
+#include "parts/tile_results.h"
+
+namespace kagero {
+
+bool TileResults::add(std::uint64_t index, TileReport report) {
+    const std::lock_guard lock(adding_);
+    return reports_.emplace(index, std::move(report)).second;
+}
+
+RunTotals TileResults::totals() const {
+    RunTotals totals;
+    for (const auto& [index, report] : reports_) totals.add(report);
+    return totals;
+}
+
+}  // namespace kagero

@@ -1,0 +1,27 @@
+/// The reports of finished tiles.
+#pragma once
+
+#include "render/run_report.h"
+
+#include <map>
+#include <mutex>
+
+namespace kagero {
+
+/// Collects the reports of tiles from several threads, by the index of the tile in its grid.
+class TileResults {
+public:
+    /// Returns false, and changes nothing, if there already is a report of the tile.
+    bool add(std::uint64_t index, TileReport report);
+    bool has(std::uint64_t index) const { return reports_.contains(index); }
+    std::uint64_t count() const { return reports_.size(); }
+    /// Returns the sums over all tiles.
+    RunTotals totals() const;
+    const std::map<std::uint64_t, TileReport>& reports() const { return reports_; }
+
+private:
+    std::map<std::uint64_t, TileReport> reports_;
+    std::mutex adding_;
+};
+
+}  // namespace kagero

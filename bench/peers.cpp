@@ -9,7 +9,7 @@
 #include "rays/start_rays.h"
 #include "render/trace.h"
 #include "report/csv/read_rays.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 
 #include <benchmark/benchmark.h>
 

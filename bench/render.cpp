@@ -6,7 +6,7 @@
 #include "pixels/shade_tile.h"
 #include "plan/names.h"
 #include "render/render.h"
-#include "scene/load.h"
+#include "scene/load/load.h"
 #include "tuning/resolve.h"
 
 #include <benchmark/benchmark.h>

@@ -13,7 +13,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 34;
+inline constexpr std::uint32_t abi_version = 36;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -99,6 +99,11 @@ struct RayStart {
     bool captured;    ///< The ray ends at its start as `captured`: no light comes from this direction.
     bool escaped;     ///< The ray ends at its start as `escaped`: it moves outward beyond the escape sphere.
     bool ingoing = false;  ///< The state is that of a ray in ingoing coordinates (kernels/observers/charts.h).
+    std::uint32_t medium = 0;  ///< Medium in which the ray starts (Plan::medium); kernels do not read it.
+    /// The surface on which the ray starts, and its triangle; `no_surface`: none is known. The position must lie on the
+    /// triangle or sphere up to rounding. The direction states the side on which the ray leaves it. The rules for other
+    /// surfaces close to the start are those of kernels/events/surface_starts.h.
+    std::uint32_t surface = no_surface, primitive = 0;
 };
 
 /// The rays of a perspective camera: in its rest frame pixel (x, y) has direction corner + (x+½)·right + (y+½)·down.
@@ -126,6 +131,7 @@ struct RayEnd {
     Status status;
     Failure failure;
     bool unrefined;  ///< The chord hits the surface, but refinement found no hit; the position is approximate.
+    bool cut_off;    ///< The path continues at too many surfaces (src/paths/trace_paths.h); kernels set it to false.
     // Set only if the job requests one of them; otherwise, they keep their values.
     double action;  ///< ∫ p·dq from the start of the ray; requires `output_action` or `output_time`.
     double time;    ///< ∫ ∂H/∂p_t dλ from the start of the ray; requires `output_time`, otherwise 0.
@@ -141,6 +147,7 @@ struct PathPoint {
     std::uint32_t step;
     double parameter, q[3], p[3], v[3], pt, energy;
     double action, time;  ///< As in RayEnd; 0 if they are not requested.
+    std::uint32_t segment = 0, medium = 0;  ///< Set where a path continues at surfaces (src/paths/trace_paths.h).
 };
 
 /// The path of one ray, and the derivatives of the film coordinates (in pixels) of the ray's end.
@@ -294,6 +301,13 @@ struct Module {
     /// Computes the start of a ray at q with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3],
                      RayStart*);
+    /// Computes the continuations of rays at surfaces in this space. A medium without p_t ignores SurfaceRay::pt.
+    void (*continue_rays)(std::uint32_t hamiltonian, const double* parameters, const SurfaceRay*, std::uint32_t count,
+                          Continuation*);
+    /// Computes p_t g_ti/g_tt at the positions of rays in a spacetime. In the rest frame of matter that does not move,
+    /// the momentum of a ray is p_i minus this vector.
+    void (*time_tilts)(std::uint32_t hamiltonian, const double* parameters, const SurfaceRay*, std::uint32_t count,
+                       double (*tilts)[3]);
     /// Returns p · u, the frequency of a ray for matter at q that moves with the velocity v = dx/dt. NaN if |v| is not
     /// below the speed of light; 1 in an index medium.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3],

@@ -5,6 +5,7 @@
 #include "kernels/comparison/compared.h"
 #include "kernels/observers/observers.h"
 #include "kernels/adjoint/paths.h"
+#include "kernels/interaction/continuations.h"
 #include "kernels/trace/trace_entry.h"
 #include "all_hamiltonians.inc"
 
@@ -247,11 +248,16 @@ double frequency(std::uint32_t hamiltonian, const double* parameters, const doub
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
 }
 
-void to_ingoing(const Hole* hole, RayStart* start) {
+charts::State chart_state(const double q[3], const double p[3], double pt) {
     charts::State state{};
-    copy(start->q, state.q);
-    copy(start->p, state.p);
-    state.pt = start->pt;
+    copy(q, state.q);
+    copy(p, state.p);
+    state.pt = pt;
+    return state;
+}
+
+void to_ingoing(const Hole* hole, RayStart* start) {
+    charts::State state = chart_state(start->q, start->p, start->pt);
     charts::to_ingoing(*hole, state);
     copy(state.q, start->q);
     copy(state.p, start->p);
@@ -260,10 +266,7 @@ void to_ingoing(const Hole* hole, RayStart* start) {
 }
 
 void to_scene(const Hole* hole, double q[3], double p[3], double* pt) {
-    charts::State state{};
-    copy(q, state.q);
-    copy(p, state.p);
-    state.pt = *pt;
+    charts::State state = chart_state(q, p, *pt);
     charts::to_scene(*hole, state);
     std::copy(state.q, state.q + 3, q);
     std::copy(state.p, state.p + 3, p);
@@ -271,10 +274,7 @@ void to_scene(const Hole* hole, double q[3], double p[3], double* pt) {
 }
 
 void momentum_in_ingoing_form(const Hole* hole, const double q[3], double p[3], double* pt) {
-    charts::State state{};
-    copy(q, state.q);
-    copy(p, state.p);
-    state.pt = *pt;
+    charts::State state = chart_state(q, p, *pt);
     charts::convert(*hole, state, -1);
     charts::rotate(state.p, charts::azimuth_shift(*hole, charts::radius(*hole, state.q)));
     std::copy(state.p, state.p + 3, p);
@@ -299,9 +299,8 @@ Operations operations(std::uint32_t hamiltonian, const double* parameters, std::
     });
 }
 
-double multiply_adds(Precision precision, std::uint64_t rounds) {
-    return precision == Precision::float32 ? kagero::multiply_adds<float>(rounds)
-                                           : kagero::multiply_adds<double>(rounds);
+double multiply_adds(Precision precision, std::uint64_t n) {
+    return precision == Precision::float32 ? kagero::multiply_adds<float>(n) : kagero::multiply_adds<double>(n);
 }
 
 const Module module{
@@ -321,6 +320,8 @@ const Module module{
     .hole = hole,
     .observe = observe,
     .start = start,
+    .continue_rays = continue_rays,
+    .time_tilts = time_tilts,
     .frequency = frequency,
     .to_ingoing = to_ingoing,
     .to_scene = to_scene,

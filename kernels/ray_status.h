@@ -29,9 +29,11 @@ enum class Failure : std::uint8_t {
     needs_double,        ///< The momentum at the start is so large that float cannot represent H = H0.
     momentum_diverges,   ///< The momentum grows without bound, as at a horizon in coordinates that are singular there.
     steps_vanish,        ///< The steps become so short that the ray makes no progress.
+    no_continuation,     ///< At a surface, no momentum on either side has H = H0.
+    left_medium,         ///< The ray has left its medium without meeting the boundary of the medium.
     hamiltonian_jumps,   ///< The value of a formula jumps where a min, max, abs or where changes its branch.
 };
 
-inline constexpr std::uint32_t failure_count = 19;
+inline constexpr std::uint32_t failure_count = 21;
 
 }  // namespace kagero

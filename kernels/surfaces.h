@@ -4,6 +4,8 @@
 #include <cstdint>
 
 namespace kagero {
+/// Value of an index that refers to no surface.
+inline constexpr std::uint32_t no_surface = ~std::uint32_t(0);
 
 /// The surface of one object, such as a whole box or mesh. Surfaces have the order of Embree's geometry identifiers.
 struct Surface {
@@ -34,6 +36,23 @@ struct Geometry {
     std::uint32_t surface_count;
     bool has_spheres;
     const ClearanceGrid* clearance;  ///< Null: every segment is queried.
+};
+
+/// A ray at a surface that sends it on. The surface changes only the part of the momentum along its normal.
+struct SurfaceRay {
+    double q[3], p[3], pt;  ///< Position, momentum before the surface, and p_t on the side where the ray continues.
+    double normal[3];       ///< Unit normal of the surface, on the side where the ray continues.
+    /// True for a reflected ray: if no momentum along the normal has H = H0, H keeps its value, with the error of the
+    /// integration. Otherwise, a ray at a small angle to the surface could not be reflected.
+    bool may_keep_value;
+};
+
+/// The continuation of a SurfaceRay in the space of one side.
+struct Continuation {
+    double p[3];         ///< Momentum p' = p + α n with H = H0, where the ray moves along the normal.
+    double velocity[3];  ///< ∂H/∂p'.
+    double curvature;    ///< n·(∂²H/∂p'²) n.
+    bool exists;         ///< False if there is no such momentum; the other members are then meaningless.
 };
 
 }  // namespace kagero

@@ -82,13 +82,14 @@ std::map<std::string, std::set<std::string>> folder_graph(const std::map<std::st
 
 /// The layers from the lowest to the highest. A layer of kernels/ is one folder; a layer of src/ can consist of several
 /// folders. A file may include files of its own layer and of lower layers.
-const std::vector<std::string> kernel_layers{"simd",      "numeric",      "autodiff",    "hamiltonians",
-                                             "equations", "observers",    "integrators", "orbits",
-                                             "recipe",    "intersection", "methods",     "formula",
-                                             "events",    "trace",        "adjoint",     "comparison"};
+const std::vector<std::string> kernel_layers{"simd",      "numeric",     "autodiff", "hamiltonians", "equations",
+                                             "observers", "integrators", "orbits",   "recipe",       "intersection",
+                                             "methods",   "formula",     "events",   "trace",        "interaction",
+                                             "adjoint",   "comparison"};
 const std::vector<std::vector<std::string>> program_layers{
-    {"scene", "film", "modules", "formula"}, {"geometry"}, {"spaces"}, {"appearance"}, {"plan"}, {"rays"}, {"pixels"},
-    {"render"}, {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"library"}, {"cli"}};
+    {"scene", "film", "modules", "formula"}, {"geometry"}, {"media"}, {"spaces"}, {"appearance"}, {"plan"}, {"rays"},
+    {"paths"}, {"pixels"}, {"render"}, {"accuracy"}, {"tuning"}, {"study"}, {"stability"}, {"report"}, {"parts"},
+    {"library"}, {"cli"}};
 
 TEST(Kernels, IncludeDownwards) {
     const auto height = [&](const std::string& folder) {

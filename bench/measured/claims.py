@@ -337,5 +337,50 @@ def formulas(program, _):
     return [claim]
 
 
+# The room with mirrors as walls and a lamp.
+MIRROR_ROOM = '''[space]
+hamiltonian = "schwarzschild"
+rg = 0.08
+[integrator]
+escape_radius = 4
+[camera]
+position = [0.22, -0.92, 0.16]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+fov = 96
+[film]
+size = [512, 512]
+max_bounces = 4
+[[object]]
+shape = "room"
+min = [-1, -1, -1]
+max = [1, 1, 1]
+material = "mirror"
+[[object]]
+shape = "sphere"
+center = [0.5, 0.4, -0.6]
+radius = 0.2
+'''
+
+
+def bounces(program, _):
+    """Cost of the generations of rays in a room of mirrors, and of the possibility of bounces in a room without."""
+    scene = program.directory / "mirror-room.toml"
+    scene.write_text(MIRROR_ROOM)
+    costs, occupancies = [], []
+    for _ in range(program.rounds):
+        generations = program.render(scene, "--threads", 1)[0]["generations"]
+        costs.append(max(g["ns_per_ray"] for g in generations[1:]) / generations[0]["ns_per_ray"])
+        occupancies.append(min(100 * g["lane_occupancy"] for g in generations if g["rays"] > 1e4))
+    ends = program.ratio(lambda: program.render(ROOM, "--threads", 1, "-D", "film.max_bounces=1000")[0]["seconds"],
+                         lambda: program.render(ROOM, "--threads", 1, "-D", "film.max_bounces=0")[0]["seconds"])
+    return [Claim("bounces", "time per ray segment, room of mirrors: costliest of generations 1 to 4 ÷ generation 0",
+                  [1.3], [1], [statistics.median(costs)], f"{min(costs):.2f} to {max(costs):.2f}", False),
+            Claim("bounce-occupancy", "lane occupancy of the emptiest generation there, in percent", [90], [95],
+                  [statistics.median(occupancies)], form="{:.0f}"),
+            Claim("no-bounces", "room without such surfaces: `max_bounces` 1000 ÷ 0", [1.02], [1], [ends.median],
+                  str(ends), False)]
+
+
 ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, whole_steps, shuffled, frames,
-       straight, formulas)
+       straight, formulas, bounces)

@@ -210,6 +210,23 @@ public:
         formula::evaluate(programs_.energy_residual, in, out);
         return time_rescaling_factor(s) * out[0].derivative[0];
     }
+    /// Returns ∂K/∂p and its derivative along n. The code is evaluated with the dual numbers of `hessian`.
+    template <class V>
+    Vec3<Dual<V, 1>> velocity_along(const State<V>& s, const Vec3<V>& n) const {
+        using DualNumber = Dual<V, space_size>;
+        DualNumber in[state_size], velocity[space_size];
+        for (int k = 0; k < state_size; ++k) in[k] = DualNumber(s.y[k]);
+        in[component_px].derivative[0] = n.x;
+        in[component_py].derivative[0] = n.y;
+        in[component_pz].derivative[0] = n.z;
+        formula::evaluate(programs_.velocity, in, velocity);
+        const auto first = [](const DualNumber& number) {
+            Dual<V, 1> result(number.value);
+            result.derivative[0] = number.derivative[0];
+            return result;
+        };
+        return {first(velocity[0]), first(velocity[1]), first(velocity[2])};
+    }
     /// Returns Ω; 1 without time rescaling.
     template <class V>
     V time_rescaling_factor(const State<V>& s) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels/autodiff/interpreter.h"
+#include "kernels/equations/momentum_line.h"
 #include "kernels/integrators/curve.h"
 #include "kernels/methods/methods.h"
 
@@ -70,6 +71,9 @@ struct SpaceKernel {
     /// if H does not depend on p_t.
     void (*gradient)(const SystemStorage&, const State<V>&, V* out);
     V (*time_rate)(const SystemStorage&, const State<V>&);
+    /// Returns H and ∂H/∂p along a line in momentum space; nullptr except for packets of double
+    /// (interaction/continuations.h).
+    MomentumLine<V> (*momentum_line)(const SystemStorage&, const State<V>&, const Vec3<V>& n);
 };
 
 /// Returns the kernel of a Hamiltonian. It is defined in one translation unit per Hamiltonian and value type.

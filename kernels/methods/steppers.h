@@ -179,6 +179,9 @@ constexpr SpaceKernel<V> make_space_kernel() {
         kernel.time_rescaling_factor = [](const SystemStorage& storage, const State<V>& s) {
             return system_in<System>(storage).time_rescaling_factor(s);
         };
+        kernel.momentum_line = [](const SystemStorage& storage, const State<V>& s, const Vec3<V>& n) {
+            return momentum_line(system_for<System, Straight>(storage), s, n);
+        };
     }
     if constexpr (System::discontinuous)
         kernel.switching_function = [](const SystemStorage& storage, const State<V>& s) {

@@ -72,9 +72,10 @@ Double3 point_of(const PixelSample& ray) {
     return point_of(*ray.end);
 }
 
-/// Returns true if two rays hit the same face of the same object. Ray a is a hit.
-bool hit_same_face(const SceneGeometry& geometry, const RayEnd& a, const RayEnd& b) {
-    if (b.status != Status::hit || a.surface != b.surface) return false;
+/// Returns true if two rays of the same group hit the same face of the same object. The first ray is a hit.
+bool hit_same_face(const SceneGeometry& geometry, const PixelSample& first, const PixelSample& second) {
+    const RayEnd &a = *first.end, &b = *second.end;
+    if (b.status != Status::hit || a.surface != b.surface || first.group != second.group) return false;
     return geometry.on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
 }
 
@@ -90,7 +91,8 @@ Footprint footprint_along(const PrincipalAxes& axes, const Double3& e1, const Do
 bool have_common_sky(const PixelBlock& block, std::uint32_t spp) {
     if (block.rays.size() != 4 || spp != 1) return false;
     return std::all_of(block.rays.begin(), block.rays.end(), [&](const PixelSample& ray) {
-        return ray.end->status == Status::escaped && ray.sky.on_second_sheet == block.rays[0].sky.on_second_sheet;
+        return ray.group == block.rays[0].group && ray.end->status == Status::escaped &&
+               ray.sky.on_second_sheet == block.rays[0].sky.on_second_sheet;
     });
 }
 
@@ -131,12 +133,26 @@ Footprint fit_footprint(const std::vector<Double3>& directions, const std::vecto
     return footprint;
 }
 
-SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
+std::uint32_t group_by_path(PixelBlock& block) {
+    std::vector<PixelSample>& rays = block.rays;
+    if (rays.empty() || !rays[0].path) return 1;
+    std::uint32_t groups = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const auto same = std::find_if(rays.begin(), rays.begin() + std::ptrdiff_t(i), [&](const PixelSample& earlier) {
+            return earlier.path->surfaces == rays[i].path->surfaces;
+        });
+        rays[i].group = same == rays.begin() + std::ptrdiff_t(i) ? groups++ : same->group;
+    }
+    return groups;
+}
+
+SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp, std::uint32_t group) {
     // Edge of the part of a pixel that one ray covers, in pixels.
     const double ray_size = 1 / std::sqrt(static_cast<double>(spp));
     SkyFootprints footprints;
     bool captured = false, reached[2] = {false, false};  // index of `reached`: on_second_sheet
     for (const PixelSample& ray : block.rays) {
+        if (ray.group != group) continue;
         captured = captured || ray.end->status == Status::captured;
         if (ray.end->status == Status::escaped) reached[ray.sky.on_second_sheet] = true;
     }
@@ -149,7 +165,8 @@ SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp) {
         block.group_points.clear();
         block.group_positions.clear();
         for (std::size_t i = 0; i < block.rays.size(); ++i) {
-            if (block.rays[i].end->status != Status::escaped || block.rays[i].sky.on_second_sheet != on_second_sheet)
+            const PixelSample& ray = block.rays[i];
+            if (ray.end->status != Status::escaped || ray.sky.on_second_sheet != on_second_sheet || ray.group != group)
                 continue;
             block.group_points.push_back(block.rays[i].sky.direction);
             block.group_positions.push_back(block.film_positions[i]);
@@ -188,8 +205,8 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
     std::vector<PixelSample>& rays = block.rays;
     if (rays.size() != 4 || spp != 1) return false;
     const RayEnd& end = *rays[0].end;
-    if (end.status != Status::hit || !hit_same_face(geometry, end, *rays[1].end) ||
-        !hit_same_face(geometry, end, *rays[2].end) || !hit_same_face(geometry, end, *rays[3].end))
+    if (end.status != Status::hit || !hit_same_face(geometry, rays[0], rays[1]) ||
+        !hit_same_face(geometry, rays[0], rays[2]) || !hit_same_face(geometry, rays[0], rays[3]))
         return false;
     // Diagonals of the block: from its upper left to its lower right pixel, and from its lower left to its upper right.
     const Double3 falling = subtract(point_of(rays[3]), point_of(rays[0])),
@@ -211,7 +228,7 @@ void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_
         block.group_points.clear();
         block.group_positions.clear();
         for (std::size_t i = 0; i < rays.size(); ++i)
-            if (hit_same_face(geometry, end, *rays[i].end)) {
+            if (hit_same_face(geometry, rays[ray], rays[i])) {
                 block.group.push_back(i);
                 block.group_points.push_back(point_of(rays[i]));
                 block.group_positions.push_back(block.film_positions[i]);

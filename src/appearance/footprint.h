@@ -26,20 +26,24 @@ struct PixelBlock {
     std::vector<std::array<double, 2>> group_positions;  ///< Film positions of the group.
 };
 
-/// Returns the footprints of the block's rays. The spread of the directions of all rays that escape to the same sky is
-/// scaled from the spread of their film positions to the size of a pixel. The area is then divided among the `spp` rays
-/// of the pixel. A footprint is zero if fewer than two rays of the block escape to its sky. Blocks are aligned with the
-/// film, not with tiles or crops, so the result depends on neither.
-SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp);
+/// Sets PixelSample::group: rays whose paths continue at the same surfaces are in the same group. Only the ends of such
+/// rays depend continuously on the film position. Returns the number of groups.
+std::uint32_t group_by_path(PixelBlock& block);
+
+/// Returns the footprints of the block's rays in one group. The spread of the directions of all rays that escape to the
+/// same sky is scaled from the spread of their film positions to the size of a pixel. The area is then divided among
+/// the `spp` rays of the pixel. A footprint is zero if fewer than two rays of the block escape to its sky. Blocks are
+/// aligned with the film, not with tiles or crops, so the result depends on neither.
+SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp, std::uint32_t group = 0);
 
 /// Finds the patches of a block of four pixels with one ray per pixel (`spp` = 1) whose rays all hit the same face. The
 /// patches equal those of find_patches, but fewer operations and no film positions are needed. Returns false for other
 /// blocks and leaves them unchanged.
 bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
-/// Finds the patches of the block's rays. For all rays that hit the same face of the same object, it fits a linear map
-/// from film positions to end points. If the film positions lie on a line, displacements across the line map to zero. A
-/// single ray has a zero patch.
+/// Finds the patches of the block's rays. For all rays of a group that hit the same face of the same object, it fits a
+/// linear map from film positions to end points. If the film positions lie on a line, displacements across the line map
+/// to zero. A single ray has a zero patch.
 void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_t spp);
 
 /// Returns the least-squares linear map from film positions to points, as displacements per pixel.

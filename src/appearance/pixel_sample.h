@@ -1,7 +1,7 @@
 /// The data of one ray from which its pixel is computed.
 #pragma once
 
-#include "appearance/patch.h"
+#include "appearance/path_state.h"
 #include "appearance/sky_view.h"
 
 namespace kagero {
@@ -27,6 +27,8 @@ struct PixelSample {
     const EndError* error = nullptr;  ///< Set only if a layer needs it.
     Patch patch{};                    ///< Patch on the surface that the ray hits.
     SkyView sky{};                    ///< Sky and direction if the ray escapes.
+    const PathState* path = nullptr;  ///< Null if all rays end at the first surface.
+    std::uint32_t group = 0;          ///< Number of the ray's group in its block (group_by_path in footprint.h).
 };
 
 }  // namespace kagero

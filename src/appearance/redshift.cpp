@@ -34,10 +34,14 @@ double emitted_frequency(const Sources& sources, const RayEnd& end) {
     return emitted > 0 ? emitted : space.frequency(end, {0, 0, 0});
 }
 
+/// Returns the frequency of the light of a ray for the camera's observer, with the momentum at the ray's end.
+double observed_frequency(const PixelSample& ray) { return ray.ray->frequency * (ray.path ? ray.path->frequency : 1); }
+
 /// Returns g for a ray that ends on a disk (see redshift_of). Not inlined, because most rays end elsewhere.
 [[gnu::noinline]] double redshift_of_disk(const Sources& sources, const PixelSample& ray) {
+    if (ray.path && ray.path->medium != 0) return observed_frequency(ray);  // matter in a medium is at rest
     const double emitted = emitted_frequency(sources, *ray.end);
-    return emitted > 0 ? ray.ray->frequency / emitted : 0;
+    return emitted > 0 ? observed_frequency(ray) / emitted : 0;
 }
 
 /// Returns the distances from the centre at which the velocity of a disk is tested.
@@ -126,7 +130,7 @@ double redshift_of(const Sources& sources, bool spacetime, const PixelSample& ra
     if (end.status != Status::escaped) return 0;
     if (!spacetime) return 1;
     const double emitted = ray.sky.frequency > 0 ? ray.sky.frequency : frequency_at_sky(sources.skies, end);
-    return emitted > 0 ? ray.ray->frequency / emitted : 0;
+    return emitted > 0 ? observed_frequency(ray) / emitted : 0;
 }
 
 Sources make_sources(const Space& space, const SceneDescription& scene, bool with_orbits) {

@@ -7,6 +7,7 @@
 #include "spaces/rest_frame.h"
 #include "spaces/velocity.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -74,6 +75,38 @@ double distance_to_edge(const Skies& skies, const Double3& direction, double esc
     return inner;
 }
 
+/// Returns the end of a ray of light at q with dq/dλ along v. Its momentum is g_ab k^b, where k^i = v^i, and k^t is a
+/// root of g_ab k^a k^b = 0; `sign` is 1 or −1 and selects the root. Returns nothing if there is no root or no metric.
+std::optional<RayEnd> light_end(const Skies& skies, const Double3& q, const Double3& v, double sign) {
+    RayEnd end{};
+    std::copy(q.begin(), q.end(), end.q);
+    std::copy(v.begin(), v.end(), end.v);
+    SpacetimeMatrix g;
+    if (!sky_metric(skies, end.q, g)) return std::nullopt;
+    const std::array<double, 4> space_part{v[0], v[1], v[2], 0}, time_axis{0, 0, 0, 1};
+    const double b = product(g, space_part, time_axis), c = product(g, space_part, space_part),
+                 root = std::sqrt(b * b - g[3][3] * c), divisor = b + sign * root;
+    if (!(std::abs(divisor) > 0)) return std::nullopt;
+    const std::array<double, 4> k{v[0], v[1], v[2], -c / divisor};
+    for (std::size_t i = 0; i < 4; ++i) {
+        std::array<double, 4> axis{};
+        axis[i] = 1;
+        (i < 3 ? end.p[i] : end.pt) = product(g, axis, k);
+    }
+    return end;
+}
+
+/// Returns the cosine of the angle between the momenta of two rays, whose components are treated as Cartesian.
+double cosine_of_momenta(const RayEnd& a, const RayEnd& b) {
+    double product = a.pt * b.pt, square_a = a.pt * a.pt, square_b = b.pt * b.pt;
+    for (int k = 0; k < 3; ++k) {
+        product += a.p[k] * b.p[k];
+        square_a += a.p[k] * a.p[k];
+        square_b += b.p[k] * b.p[k];
+    }
+    return product / std::sqrt(square_a * square_b);
+}
+
 Double3 reflected(const Double3& d, const Double3& q) {
     const Double3 n = unit(q);
     return subtract(d, scaled(n, 2 * dot(d, n)));
@@ -130,6 +163,40 @@ SkyView sky_view(const Skies& skies, const RayEnd& end) {
     }
     view.frequency = light.frequency;
     return view;
+}
+
+std::optional<SkyDerivatives> sky_derivatives(const Skies& skies, const RayEnd& end) {
+    constexpr double relative_step = 1e-4;
+    if (!skies.frame || !light_at_sky(skies, end)) return std::nullopt;
+    const Double3 q{end.q[0], end.q[1], end.q[2]}, v{end.v[0], end.v[1], end.v[2]};
+    // One of the two roots for the time component reproduces the momentum of the ray, up to a factor.
+    double sign = 1, cosine = 0;
+    for (const double candidate : {1.0, -1.0}) {
+        const auto light = light_end(skies, q, v, candidate);
+        const double found = light ? cosine_of_momenta(*light, end) : 0;
+        if (std::abs(found) <= std::abs(cosine)) continue;
+        sign = candidate;
+        cosine = found;
+    }
+    const auto direction_at = [&](const Double3& position, const Double3& direction) {
+        auto light = light_end(skies, position, direction, sign);
+        if (!light || !light_at_sky(skies, *light)) return Double3{NAN, NAN, NAN};
+        for (double& p : light->p) p = std::copysign(1, cosine) * p;
+        light->pt = std::copysign(1, cosine) * light->pt;
+        return sky_view(skies, *light).direction;
+    };
+    SkyDerivatives derivatives;
+    for (std::size_t k = 0; k < 3; ++k) {
+        Double3 change{}, shift{};
+        change[k] = relative_step * length(v);
+        shift[k] = relative_step * length(q);
+        derivatives.by_direction[k] =
+            scaled(subtract(direction_at(q, add(v, change)), direction_at(q, subtract(v, change))),
+                   0.5 / relative_step);
+        derivatives.by_position[k] =
+            scaled(subtract(direction_at(add(q, shift), v), direction_at(subtract(q, shift), v)), 0.5 / shift[k]);
+    }
+    return derivatives;
 }
 
 double frequency_at_sky(const Skies& skies, const RayEnd& end) {

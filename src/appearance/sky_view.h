@@ -4,6 +4,9 @@
 #include "modules/space.h"
 #include "scene/vector3.h"
 
+#include <array>
+#include <optional>
+
 namespace kagero {
 
 /// The sky to which a ray escapes, and the direction of the ray on that sky.
@@ -47,6 +50,16 @@ std::string check_sky_frame(const Skies& skies, double escape_radius, double len
 /// d is the unit vector along dq/dλ, or the direction in the rest frame of the distant observers if they are stated. It
 /// remains dq/dλ where these observers would not be slower than light.
 SkyView sky_view(const Skies& skies, const RayEnd& end);
+
+/// Derivatives of SkyView::direction with respect to the components of a ray's end: element k of each array belongs to
+/// component k of the position, or of the unit direction of dq/dλ. The momentum of the light follows from both.
+struct SkyDerivatives {
+    std::array<Double3, 3> by_position, by_direction;
+};
+
+/// Returns the derivatives at the end of an escaped ray, by central differences. Returns nothing if no distant
+/// observers are stated, or where they would not be slower than light.
+std::optional<SkyDerivatives> sky_derivatives(const Skies& skies, const RayEnd& end);
 
 /// Returns the frequency of the light of an escaped ray at its source: for the distant observers at the ray's end, or
 /// for an observer at rest at infinity if they are not stated. Returns 0 where they would not be slower than light.

@@ -32,26 +32,36 @@ double redshift_of(const Plan& plan, const PixelSample& ray) {
     return kagero::redshift_of(plan.scene->sources, plan.view.spacetime, ray);
 }
 
-/// Returns the colour of a ray. Captured rays are black, because no light arrives along them. Failed and unfinished
-/// rays are black too; the layer `status` distinguishes them.
-Float3 color_of(const Plan& plan, const PixelSample& ray, const SkyFilters& filters) {
+/// Returns the colour of the light at the end of a ray. Captured rays are black, because no light arrives along them.
+/// Failed and unfinished rays are black too; the layer `status` distinguishes them.
+Float3 color_at_end(const Plan& plan, const PixelSample& ray, std::span<const SkyFilters> filters) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
         case Status::hit:
             return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
                                                 redshift_of(plan, ray), ray.patch);
-        case Status::escaped:
-            return sky_color(*plan.scene->paints, ray.sky, filters);
+        case Status::escaped: return sky_color(*plan.scene->paints, ray.sky, filters[ray.group]);
         default:
             return {0, 0, 0};
     }
 }
 
+/// Returns the colour of a ray.
+Float3 color_of(const Plan& plan, const PixelSample& ray, std::span<const SkyFilters> filters) {
+    Float3 color = color_at_end(plan, ray, filters);
+    if (!ray.path || ray.path->bounces == 0) return color;
+    const Double3& weight = ray.path->weight;
+    for (std::size_t k = 0; k < 3; ++k) color[k] = float(color[k] * weight[k]);
+    return color;
+}
+
 /// Returns the distance from the start of a ray to its hit, in scene units; 0 without a hit.
 double depth_of(const Plan& plan, const PixelSample& ray) {
     if (ray.end->status != Status::hit) return 0;
-    const Double3 from = start_position(plan.scene->space, ray.ray->start);
+    const Scene& around = *plan.medium(plan.view.medium).scene;
+    const Double3 from = add(start_position(around.space, ray.ray->start),
+                             subtract(around.description.space.center, plan.description().space.center));
     const double* to = ray.end->q;
     return plan.scene->unit * std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
 }
@@ -84,8 +94,8 @@ void write_color(const Pixel& pixel, float* color) {
 Footprint sky_footprint(const Pixel& pixel) {
     const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
-    const Footprint& f = ray.sky.on_second_sheet ? pixel.filters.second_sheet.footprint
-                                                        : pixel.filters.first_sheet.footprint;
+    const SkyFilters& filters = pixel.filters[ray.group];
+    const Footprint& f = ray.sky.on_second_sheet ? filters.second_sheet.footprint : filters.first_sheet.footprint;
     const double enlargement = std::sqrt(double(pixel.rays.size()));  // `footprints` are those of one ray
     return {scaled(f.major, enlargement), scaled(f.minor, enlargement)};
 }

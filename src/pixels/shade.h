@@ -40,7 +40,7 @@ struct SkyFilters {
 struct Pixel {
     const Plan& plan;
     std::span<const PixelSample> rays;  ///< At least one ray.
-    const SkyFilters& filters;          ///< Filters for the rays of the pixel's block.
+    std::span<const SkyFilters> filters;  ///< Filters for the rays of the pixel's block, by PixelSample::group.
     std::uint32_t x, y;                 ///< Position on the whole picture, also if the film is a crop.
 };
 

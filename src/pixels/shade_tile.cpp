@@ -26,8 +26,7 @@ struct RequiredData {
 struct TracedTile {
     const Plan& plan;
     const Tile& tile;
-    const RayEnd* ends;
-    const RayList& list;
+    const TracedRays& rays;
     const std::vector<EndError>& errors;
     const Skies& skies;
     bool plain_skies;  ///< Skies::is_plain.
@@ -37,13 +36,15 @@ struct TracedTile {
 /// views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
-    const auto& [plan, tile, ends, list, errors, skies, plain_skies] = traced;
+    const auto& [plan, tile, rays_of_tile, errors, skies, plain_skies] = traced;
+    const auto& [list, ends, paths] = rays_of_tile;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
         PixelSample& ray = rays[k];
         const std::size_t i = first + k;
-        ray.end = ends + i;
+        ray.end = &ends[i];
+        ray.path = paths.empty() ? nullptr : &paths[i];
         if (ray.end->status == Status::escaped) {
             const RayEnd& end = *ray.end;
             if (!plain_skies) ray.sky = sky_view(skies, end);
@@ -85,17 +86,16 @@ bool needs_footprints(const Plan& plan, const Film& film) {
     return plan.scene->paints->sky_has_pattern() || (needs_of(film) & need_footprint);
 }
 
-void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const TracedRays& rays,
                 const std::vector<EndError>& errors, Film& film) {
     KAGERO_ASSERT(shown.x1 - shown.x0 == film.width() && shown.y1 - shown.y0 == film.height());
-    KAGERO_ASSERT(list.starts.empty() || list.frequencies.size() == list.starts.size());
+    KAGERO_ASSERT(rays.list.starts.empty() || rays.list.frequencies.size() == rays.list.starts.size());
     const RequiredData required(plan, film);
     const Shader shader(film);
-    const TracedTile traced{plan, tile, ends, list, errors, plan.scene->sources.skies,
-                            plan.scene->sources.skies.is_plain()};
+    const TracedTile traced{plan, tile, rays, errors, plan.scene->sources.skies, plan.scene->sources.skies.is_plain()};
     const std::uint32_t spp = plan.description().film.spp;
     PixelBlock block;
-    SkyFilters filters;
+    std::vector<SkyFilters> filters;
     block.starts.reserve(4 * std::size_t(spp));
     for (std::uint32_t block_y = tile.y0 & ~1u; block_y < tile.y1; block_y += 2)
         for (std::uint32_t block_x = tile.x0 & ~1u; block_x < tile.x1; block_x += 2) {
@@ -109,10 +109,13 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Ray
             };
             for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
                 collect_samples(traced, required, pixels.x0, y, block, {rays_from(pixels.x0, y), rays_per_row});
+            const std::uint32_t groups = group_by_path(block);
             const bool needs_patches = required.patches && !find_common_patch(*plan.scene->geometry, block, spp);
             if (needs_patches || required.footprints) list_film_positions(plan.description().film, pixels, block);
             if (needs_patches) find_patches(*plan.scene->geometry, block, spp);
-            if (required.footprints) filters = {*plan.scene->paints, footprints_of(block, spp)};
+            filters.resize(groups);
+            for (std::uint32_t group = 0; required.footprints && group < groups; ++group)
+                filters[group] = {*plan.scene->paints, footprints_of(block, spp, group)};
             for (std::uint32_t y = shaded.y0; y < shaded.y1; ++y)
                 for (std::uint32_t x = shaded.x0; x < shaded.x1; ++x)
                     shader.shade({plan, {rays_from(x, y), spp}, filters, x, y}, x - shown.x0, y - shown.y0);

@@ -1,8 +1,8 @@
 /// Computation of the pixels of a tile from the ends of its rays.
 #pragma once
 
+#include "paths/trace_paths.h"
 #include "pixels/shade.h"
-#include "rays/list_rays.h"
 
 #include <vector>
 
@@ -12,10 +12,9 @@ namespace kagero {
 bool needs_footprints(const Plan& plan, const Film& film);
 
 /// Computes, in blocks of 2 × 2, those pixels of a tile that lie in the rectangle `shown`, and writes them to `film`.
-/// `shown` is the part of the picture that the film covers. `ends` has one element per ray of the tile. `list` contains
-/// the tile's rays if the kernel did not generate them; otherwise it is empty. `errors` contains one estimate per ray
-/// if a layer needs it; otherwise it is empty.
-void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const RayEnd* ends, const RayList& list,
+/// `shown` is the part of the picture that the film covers. `errors` contains one estimate per ray if a layer needs it;
+/// otherwise it is empty.
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const TracedRays& rays,
                 const std::vector<EndError>& errors, Film& film);
 
 }  // namespace kagero

@@ -145,6 +145,10 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
              run.refill == Refill::off ? "integrator.refill = \"off\""
                                        : "rays of neighbouring pixels end at about the same time; `trace` decides by a "
                                          "trial of a few packets");
+    list.add(run.max_bounces.has_value(),
+             "generations of rays that continue at mirrors and boundaries, through up to " +
+                 std::to_string(run.max_bounces.value_or(0)) + " surfaces",
+             "every ray ends at the first surface");
     list.add(scene.straight && geometry, "one query for the whole path of a ray",
              geometry ? "rays are bent, so every step is queried separately" : no_objects);
     return std::move(list.decisions);
@@ -281,8 +285,21 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
     return std::move(list.decisions);
 }
 
+Decision medium_decision(const std::string& name, const Scene& scene, const RunConfig& run) {
+    const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
+    const std::string motion = scene.straight
+                                   ? "straight rays in closed form"
+                                   : std::string("integration by ") + method.name +
+                                         (method.adaptive ? ", tolerance " + plain_number(run.tolerance)
+                                                          : ", step " + plain_number(stated_step(scene, run)));
+    return {"medium." + name + ": " + motion + ", in " +
+                (run.kernel->precision == Precision::float64 ? "double" : "float"),
+            true,
+            {}};
+}
+
 Decisions decisions_of(const Scene& scene, const View& view, const RunConfig& run) {
-    return {{}, motion_decisions(scene, run, false), end_decisions(scene, run), picture_decisions(scene, view)};
+    return {{}, motion_decisions(scene, run, false), {}, end_decisions(scene, run), picture_decisions(scene, view)};
 }
 
 }  // namespace kagero

@@ -58,7 +58,7 @@ std::vector<double> compile_formula(const FormulaDescription& description, const
     const std::vector<double> magnitudes = branch_magnitudes(description, size);
     Formula formula = description.parsed;
     formula.branch_magnitudes = magnitudes.data();
-    return compile_nodes(formula, description.scope, module, description.location, "space.H");
+    return compile_nodes(formula, description.scope, module, description.location, description.table + ".H");
 }
 
 bool has_kinks(const FormulaDescription& formula) {

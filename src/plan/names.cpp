@@ -47,6 +47,14 @@ const std::vector<std::string>& schedule_names() {
     return names;
 }
 
+const std::vector<std::string>& integral_names() {
+    static const std::vector<std::string> names{"action", "time"};
+    return names;
+}
+void request_integral(Options& options, const std::string& name) {
+    (name == integral_names().front() ? options.action : options.time) = true;
+}
+
 ObserverKind observer_named(const std::string& name) {
     const std::vector<std::string>& names = observer_names();
     const auto found = std::find(names.begin(), names.end(), name);
@@ -86,6 +94,12 @@ const char* describe(Failure failure) {
         case Failure::steps_vanish:
             return "the steps become so short that the ray makes no progress; H may be singular or may jump here: "
                    "state space.domain or space.capture before this point";
+        case Failure::no_continuation:
+            return "the light can neither pass this surface nor be reflected: no momentum along its normal has H = H0";
+        case Failure::left_medium:
+            return "the ray left its medium without meeting the medium's boundary; check that boundaries are closed "
+                   "and "
+                   "that interior and exterior of touching objects agree";
         case Failure::hamiltonian_jumps:
             return "H jumps here, where a min, max, abs or where changes its branch, and no ray can cross a jump; "
                    "replace it by a steep but continuous change, or end the rays here by space.domain or space.capture";

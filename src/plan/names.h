@@ -26,6 +26,11 @@ std::optional<Schedule> schedule_named(const std::string& name);
 /// Returns the names of the values of Schedule, in the same order.
 const std::vector<std::string>& schedule_names();
 
+/// Returns the names of the integrals along rays that Options can request: "action" and "time".
+const std::vector<std::string>& integral_names();
+/// Requests the integral of this name, which must be one of integral_names().
+void request_integral(Options& options, const std::string& name);
+
 /// Returns the observer of this name. If there is none, throws InputError with the names of all observers.
 ObserverKind observer_named(const std::string& name);
 

@@ -29,6 +29,8 @@ struct Options {
     Tile crop{};           ///< Pixels of the film, half-open; all 0: the whole film.
     /// Observer in whose rest frame the directions of a ray list are given. Empty: they are given in coordinates.
     std::optional<ObserverKind> observer;
+    /// Number of surfaces through which rays of a list continue; empty: they end at the first surface.
+    std::optional<std::uint32_t> bounces;
     bool energy_error = false;  ///< True: the energy error is measured along every ray.
     bool parameter = false;     ///< True: λ is computed at the ends of a ray list.
     bool action = false;        ///< True: the action is computed along the rays of a list.

@@ -3,14 +3,16 @@
 #include "appearance/redshift.h"
 #include "error.h"
 #include "plan/names.h"
+#include "scene/value.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
 namespace kagero {
 namespace {
 
-/// Adds a remark for each entry of [space.constants] and [space.let] that no formula uses; its name may be misspelt.
+/// Adds a remark for each entry of the tables `constants` and `let` that no formula uses; its name may be misspelt.
 void remark_on_names(const FormulaDescription& formula, std::vector<std::string>& remarks) {
     std::vector<std::string> used;
     const auto for_each_name = [&](const auto& visit) {
@@ -24,9 +26,22 @@ void remark_on_names(const FormulaDescription& formula, std::vector<std::string>
     for_each_name([&](const char* table, const std::string& name) {
         if (formula.scope.used_names.contains(name)) return;
         const std::string near = near_match(name, used);
-        remarks.push_back(std::string("space.") + table + "." + name + " has no effect: no formula uses it" +
+        remarks.push_back(formula.table + "." + table + "." + name + " has no effect: no formula uses it" +
                           (near.empty() ? "" : "; did you mean " + near + "?"));
     });
+}
+
+/// Adds remarks on the media of a scene: on those that no object uses, and on names that no formula uses.
+void remark_on_media(const SceneDescription& scene, std::vector<std::string>& remarks) {
+    for (std::uint32_t i = 1; i <= scene.media.size(); ++i) {
+        const MediumDescription& medium = scene.media[i - 1];
+        if (medium.space.formula) remark_on_names(*medium.space.formula, remarks);
+        if (uses_medium(scene, i)) continue;
+        remarks.push_back("medium." + medium.name +
+                          " has no effect: no object states it as its interior or exterior; to use it, state material "
+                          "= \"boundary\" and interior = " +
+                          to_toml(medium.name) + " for an object");
+    }
 }
 
 /// Greatest number of steps that float can count: it represents all whole numbers up to 2^24.
@@ -41,6 +56,7 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     const auto add_remark = [&](const std::string& remark) { remarks.push_back(remark); };
     const bool is_picture = purpose == Purpose::picture, has_error_bound = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
+    remark_on_media(description, remarks);
     if (!scene.form_remark.empty()) remarks.push_back(scene.form_remark);
     if (has_error_bound && !is_picture)
         add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
@@ -65,6 +81,25 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     return remarks;
 }
 
+/// Returns the plan of a medium. Rays in media are traced like single rays: unless the scene states a method, step or
+/// tolerance, with step control, as precisely as `trace` does.
+Plan plan_of_medium(std::shared_ptr<const Scene> scene, Options options) {
+    options.action = options.time = false;  // trace_paths requests the integrals
+    Plan plan;
+    plan.run = default_run(*scene, options, Purpose::ray_list);
+    plan.scene = std::move(scene);
+    return plan;
+}
+
+/// Returns the view of the scene's camera, in the coordinates of the medium around the camera.
+View view_of_camera(const Scene& scene, const Options& options) {
+    const std::uint32_t medium = check_camera_medium(scene.description, scene.regions.get(), scene.unit);
+    View view = make_camera_view(medium == 0 ? scene : *scene.media[medium - 1], options);
+    view.medium = medium;
+    if (medium != 0) view.spacetime = null_ray_sign(scene) != 0;
+    return view;
+}
+
 }  // namespace
 
 Plan make_plan(SceneDescription description, const Options& options, Purpose purpose) {
@@ -79,12 +114,20 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
     Plan plan;
     plan.run = default_run(scene, options, purpose);
     check_disks(scene.space, scene.description, scene.unit);
-    if (purpose == Purpose::picture) plan.view = make_camera_view(scene, options);
+    for (const auto& medium : scene.media) plan.media.push_back(plan_of_medium(medium, options));
+    const std::vector<ObjectDescription>& objects = scene.description.objects;
+    if (purpose == Purpose::ray_list) plan.run.max_bounces = options.bounces;
+    else if (std::any_of(objects.begin(), objects.end(), sends_light_on))
+        plan.run.max_bounces = scene.description.film.max_bounces;
+    if (purpose == Purpose::picture) plan.view = view_of_camera(scene, options);
     if (plan.view.has_camera && plan.run.kernel->precision == Precision::float32 &&
         camera_needs_double(scene, plan.view))
         throw InputError(scene.description.camera.position_location,
                          position_of_camera(scene) + ": " + describe(Failure::needs_double));
     plan.decisions = decisions_of(scene, plan.view, plan.run);
+    for (std::size_t i = 0; i < plan.media.size(); ++i)
+        plan.decisions.media.push_back(
+            medium_decision(scene.description.media[i].name, *plan.media[i].scene, plan.media[i].run));
     plan.remarks = remarks_of(scene, plan.run, purpose);
     if (plan.view.spacetime) {
         const std::string remark = check_sky_frame(scene.sources.skies, scene.limits.escape_radius, scene.unit);

@@ -19,6 +19,7 @@ struct MethodTrial {
     /// Share of ill-conditioned rays, whose conditioning exceeds 1000. Their pixel error is divided by
     /// conditioning/1000.
     double ill_conditioned_share = 0;
+    std::vector<std::string> remarks;  ///< Warnings for the user about the choice, one line each.
 };
 
 /// The result of the trial that chooses the precision, if the options leave it open.
@@ -33,12 +34,15 @@ struct Plan {
     std::shared_ptr<const Scene> scene;
     View view;
     RunConfig run;
+    std::vector<Plan> media;                        ///< Plans of the media, in the order of the scene file.
     std::optional<MethodTrial> method_trial;        ///< Set by a function of src/tuning.
     std::optional<PrecisionTrial> precision_trial;  ///< Set by a function of src/tuning.
     Decisions decisions;                            ///< The decisions that `explain` prints.
     std::vector<std::string> remarks;               ///< Notes for the user about the scene, one line each.
     double load_seconds = 0;                        ///< Time for loading the scene and making the plan.
 
+    /// Returns the plan of a medium: this plan for 0, the space of the scene.
+    const Plan& medium(std::uint32_t index) const { return index == 0 ? *this : media[index - 1]; }
     const SceneDescription& description() const { return scene->description; }
     const Module& module() const { return scene->module(); }
     const IntegratorInfo& method() const { return module().integrators[run.method.integrator]; }

@@ -36,6 +36,8 @@ struct RunConfig {
     KernelRequest kernel_request;  ///< Conditions on `kernel` that scene and options state.
     const KernelInfo* kernel = nullptr;
     unsigned threads = 1;
+    /// Number of surfaces after which a path is cut off; empty: all rays end at the first surface.
+    std::optional<std::uint32_t> max_bounces;
     std::optional<Schedule> schedule;  ///< Empty: schedule_of in render/schedule.h chooses one.
 };
 

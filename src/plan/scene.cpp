@@ -19,12 +19,6 @@ namespace {
 
 constexpr const char* formula_name = "formula";
 
-std::uint32_t hamiltonian_index(const Module& module, const std::string& name) {
-    for (std::uint32_t i = 0; i < module.hamiltonian_count; ++i)
-        if (name == module.hamiltonians[i].name) return i;
-    throw InputError("the kernel module has no Hamiltonian '" + name + "'");
-}
-
 /// Returns the space with its parameters as the kernels need them. `size` is that of compile_formula.
 Space make_space(const SpaceDescription& description, const Module& module, double size) {
     Space space{&module, hamiltonian_index(module, description.hamiltonian), {}};
@@ -91,6 +85,55 @@ RayLimits ray_limits(const Scene& scene, const Options& options, Purpose purpose
     return limits;
 }
 
+/// Returns the description of the scene in which a medium is the only space.
+SceneDescription description_in_medium(const SceneDescription& scene, const MediumDescription& medium) {
+    SceneDescription description = scene;
+    description.space = medium.space;
+    description.integrator = medium.integrator;
+    description.media.clear();
+    description.camera.velocity.reset();
+    return description;
+}
+
+/// Returns the geometry of a space. Spaces with the same centre share it, except near spinning holes.
+std::shared_ptr<const SceneGeometry> geometry_of(const Scene& scene, const Scene* surrounding, Purpose purpose) {
+    const std::optional<Spheroid> reflected = horizon_of_spinning_hole(scene.space);
+    if (surrounding && surrounding->description.space.center == scene.description.space.center && !reflected &&
+        !horizon_of_spinning_hole(surrounding->space))
+        return surrounding->geometry;
+    return std::make_shared<const SceneGeometry>(scene.description, clearance_cells(scene, purpose), reflected);
+}
+
+/// Makes the scene of one space, without paints, sources and media. Lengths in the description are in units of `unit`.
+/// `surrounding` is the scene that contains a medium, or null. Rays end at the boundary of their medium, so the escape
+/// sphere of a medium contains all objects.
+std::shared_ptr<Scene> load_space(SceneDescription description, const Module& module, double unit,
+                                  const Scene* surrounding, const Options& options, Purpose purpose) {
+    auto scene = std::make_shared<Scene>();
+    scene->unit = unit;
+    scene->description = std::move(description);
+    SceneDescription& s = scene->description;
+    const Double3 camera = subtract(s.camera.position, s.space.center);
+    if (s.space.formula) {
+        const RayFrequency frequency = ray_frequency(*s.space.formula, camera, purpose == Purpose::picture);
+        s.space.formula->parsed.pt = frequency.pt;
+        scene->form_remark = frequency.remark;
+    }
+    scene->space = make_space(s.space, module, s.integrator.escape_radius);
+    scene->straight = scene->space.is_straight();
+    if (surrounding && scene->straight) s.space.center = surrounding->description.space.center;
+    scene->geometry = geometry_of(*scene, surrounding, purpose);
+    if (surrounding)
+        s.integrator.escape_radius =
+            std::max(s.integrator.escape_radius,
+                     scene->geometry->distance_from_center(std::numeric_limits<double>::max()) +
+                         scene->geometry->diagonal());
+    if (s.space.formula) s.integrator = with_scaled_steps(*scene);
+    if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
+    scene->limits = ray_limits(*scene, options, purpose);
+    return scene;
+}
+
 }  // namespace
 
 std::uint32_t Scene::integrated_hamiltonian() const {
@@ -106,30 +149,20 @@ Catalogue catalogue(const std::string& isa) {
 }
 
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose) {
-    auto scene = std::make_shared<Scene>();
     const Module& module = load_module(options.isa);
-    const HamiltonianInfo& info = module.hamiltonians[hamiltonian_index(module, description.space.hamiltonian)];
-    scene->unit = length_unit(description);
-    convert_lengths(description, info, scene->unit);
-    scene->description = std::move(description);
-    SceneDescription& s = scene->description;
+    const double unit = length_unit(description);
+    convert_lengths(description, module, unit);
+    std::shared_ptr<Scene> scene = load_space(std::move(description), module, unit, nullptr, options, purpose);
+    const SceneDescription& s = scene->description;
     const Double3 camera = subtract(s.camera.position, s.space.center);
-    if (s.space.formula) {
-        const RayFrequency frequency = ray_frequency(*s.space.formula, camera, purpose == Purpose::picture);
-        s.space.formula->parsed.pt = frequency.pt;
-        scene->form_remark = frequency.remark;
-    }
-    scene->space = make_space(s.space, module, s.integrator.escape_radius);
-    if (s.space.formula) s.integrator = with_scaled_steps(*scene);
-    scene->straight = scene->space.is_straight();
-    if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
-    scene->geometry = std::make_unique<const SceneGeometry>(s, clearance_cells(*scene, purpose),
-                                                              horizon_of_spinning_hole(scene->space));
     scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
     scene->sources = make_sources(scene->space, s, purpose == Purpose::picture);
-    scene->limits = ray_limits(*scene, options, purpose);
     check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,
                               purpose == Purpose::picture ? camera.data() : nullptr, scene->unit);
+    if (has_boundaries(s)) scene->regions = std::make_unique<const Regions>(s, *scene->geometry, unit);
+    for (const MediumDescription& medium : s.media)
+        scene->media.push_back(
+            load_space(description_in_medium(s, medium), module, unit, scene.get(), options, Purpose::ray_list));
     return scene;
 }
 
@@ -150,6 +183,13 @@ double typical_speed(const Scene& scene) {
     const RayStart ray = ray_along_axis(scene.description, scene.space);
     const double speed = ray.failure == Failure::none ? speed_of(*formula, ray) : 1;
     return std::isfinite(speed) && speed > 0 ? speed : 1;
+}
+
+double null_ray_sign(const Scene& scene) {
+    const auto& formula = scene.description.space.formula;
+    if (!formula) return scene.space.info().spacetime ? 1 : 0;
+    const double pt = formula->parsed.pt;
+    return formula->level == 0 && pt != 0 ? std::copysign(1.0, pt) : 0;
 }
 
 bool states_rescaling(const Scene& scene) {

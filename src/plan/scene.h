@@ -4,6 +4,7 @@
 #include "appearance/paints.h"
 #include "appearance/redshift.h"
 #include "geometry/geometry.h"
+#include "media/regions.h"
 #include "modules/space.h"
 #include "plan/options.h"
 
@@ -31,9 +32,12 @@ struct Scene {
     double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
     bool straight = false;         ///< True if every ray is a straight line, so that no method is needed.
     RayLimits limits;
-    std::unique_ptr<const SceneGeometry> geometry;
+    std::shared_ptr<const SceneGeometry> geometry;  ///< Relative to the centre of the space; media may share it.
+    std::unique_ptr<const Regions> regions;         ///< Null if the scene has no boundaries of media.
     std::unique_ptr<const Paints> paints;
     Sources sources;  ///< Contains pointers to other members.
+    /// The spaces of the media, each with the objects of the scene in the coordinates of its space.
+    std::vector<std::shared_ptr<const Scene>> media;
 
     const Module& module() const { return *space.module; }
     /// Returns the index, in Module::hamiltonians, of the integrated Hamiltonian. It is that of the space, or that of
@@ -59,6 +63,13 @@ double typical_momentum(const Scene& scene);
 
 /// Returns |dq/dλ| of the same ray of a formula; 1 for other spaces, or if the ray cannot start.
 double typical_speed(const Scene& scene);
+
+/// Returns the sign of p_t of the rays in a spacetime, which can be scaled: H = 0 on them, and H is homogeneous in p
+/// and p_t. Returns 0 in a medium.
+double null_ray_sign(const Scene& scene);
+
+/// Returns true if the surface of an object sends light on, so that rays continue there.
+inline bool sends_light_on(const ObjectDescription& object) { return object.material != Material::surface; }
 
 /// Returns true if the scene states an expression for Ω and its rays bend. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);

@@ -1,5 +1,7 @@
 #include "plan/units.h"
 
+#include "modules/space.h"
+
 #include <cmath>
 
 namespace kagero {
@@ -14,22 +16,31 @@ void divide(Double3& lengths, double unit) {
     for (double& x : lengths) x /= unit;
 }
 
+/// Converts the lengths of a space and of its integrator, except the step.
+void convert_space(SpaceDescription& space, IntegratorDescription& integrator, const Module& module, double unit) {
+    const HamiltonianInfo& info = module.hamiltonians[hamiltonian_index(module, space.hamiltonian)];
+    for (std::uint32_t i = 0; i < info.parameter_count; ++i)
+        space.parameters[i].second *= std::pow(unit, -power_of_length(info.parameters[i].unit));
+    divide(space.center, unit);
+    integrator.escape_radius /= unit;
+}
+
 }  // namespace
 
 double length_unit(const SceneDescription& scene) {
     const int exponent = std::ilogb(scene.integrator.escape_radius);
     if (smallest_exponent <= exponent && exponent <= largest_exponent) return 1;
     if (scene.space.formula || scene.integrator.rescaling) return 1;
+    for (const MediumDescription& medium : scene.media)
+        if (medium.space.formula || medium.integrator.rescaling) return 1;
     // A large scene may contain small details, so its unit is only as large as necessary.
     return std::scalbn(1.0, exponent < smallest_exponent ? exponent : exponent - largest_exponent);
 }
 
-void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, double unit) {
+void convert_lengths(SceneDescription& scene, const Module& module, double unit) {
     if (unit == 1) return;
-    for (std::uint32_t i = 0; i < info.parameter_count; ++i)
-        scene.space.parameters[i].second *= std::pow(unit, -power_of_length(info.parameters[i].unit));
-    divide(scene.space.center, unit);
-    scene.integrator.escape_radius /= unit;
+    convert_space(scene.space, scene.integrator, module, unit);
+    for (MediumDescription& medium : scene.media) convert_space(medium.space, medium.integrator, module, unit);
     divide(scene.camera.position, unit);
     divide(scene.camera.look_at, unit);
     scene.camera.height /= unit;

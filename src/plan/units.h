@@ -7,10 +7,10 @@
 namespace kagero {
 
 /// Returns the unit of length of the kernels, in units of the scene file. It is 1 for scenes of ordinary size, and for
-/// scenes with a formula or an expression for Ω.
+/// scenes in which a space or medium has a formula or an expression for Ω.
 double length_unit(const SceneDescription& scene);
 
-/// Converts all lengths of the scene to `unit`, except the step, whose unit depends on the method.
-void convert_lengths(SceneDescription& scene, const HamiltonianInfo& info, double unit);
+/// Converts all lengths of the scene and its media to `unit`, except steps, whose unit depends on the method.
+void convert_lengths(SceneDescription& scene, const Module& module, double unit);
 
 }  // namespace kagero

@@ -16,6 +16,7 @@ struct View {
     /// True if no map from directions to momenta exists. The momentum of each ray is then solved for numerically.
     bool solves_each_direction = false;
     Tile window{};  ///< Pixels to render.
+    std::uint32_t medium = 0;  ///< Medium around the camera (Plan::medium).
 };
 
 /// Returns the edge length of a pixel at this distance from the camera. At distance 1, it is also the angle of the

@@ -27,11 +27,21 @@ CameraRay orthographic_ray(const Plan& plan, double x, double y) {
     double q[3];
     for (std::size_t k = 0; k < 3; ++k)
         q[k] = c.position[k] + (x - 0.5 * c.width) * c.right[k] + (y - 0.5 * c.height) * c.down[k];
+    const Scene& scene = *plan.medium(view.medium).scene;
     StartMap map;
-    const Failure failure = make_camera_map(*plan.scene, view.observer, q, map);
-    if (failure == Failure::no_rest_frame) return {plan.scene->space.start(q, view.forward), 1};
+    const Failure failure = make_camera_map(scene, view.observer, q, map);
+    if (failure == Failure::no_rest_frame) return {scene.space.start(q, view.forward), 1};
     if (failure != Failure::none) return {{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
     return ray_in_frame(map, view.forward);
+}
+
+/// Returns the ray through the point (x, y). The medium in which it starts is not set.
+CameraRay ray_through(const Plan& plan, double x, double y) {
+    const CameraRays& c = plan.view.camera;
+    if (plan.description().camera.type == CameraType::orthographic) return orthographic_ray(plan, x, y);
+    const Double3 d = camera_direction(plan, x, y);
+    if (plan.view.solves_each_direction) return {plan.medium(plan.view.medium).scene->space.start(c.position, d), 1};
+    return ray_in_frame(c.start, d);
 }
 
 }  // namespace
@@ -45,11 +55,9 @@ Double3 camera_direction(const Plan& plan, double x, double y) {
 }
 
 CameraRay camera_ray(const Plan& plan, double x, double y) {
-    const CameraRays& c = plan.view.camera;
-    if (plan.description().camera.type == CameraType::orthographic) return orthographic_ray(plan, x, y);
-    const Double3 d = camera_direction(plan, x, y);
-    if (plan.view.solves_each_direction) return {plan.scene->space.start(c.position, d), 1};
-    return ray_in_frame(c.start, d);
+    CameraRay ray = ray_through(plan, x, y);
+    ray.start.medium = plan.view.medium;
+    return ray;
 }
 
 RayStart camera_ray_start(const Plan& plan, double x, double y) {

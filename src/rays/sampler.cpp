@@ -51,19 +51,30 @@ std::uint32_t hash(std::uint32_t x) {
     return x ^ (x >> 16);
 }
 
+constexpr double sampler_unit = 1.0 / 4294967296.0;
+
+std::uint32_t hash_of_pixel(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
+    return hash(x ^ hash(y ^ hash(seed)));
+}
+
 }  // namespace
 
 std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t count,
                                       std::uint32_t seed) {
     if (count == 1) return {0.5, 0.5};
-    const std::uint32_t pixel_seed = hash(x ^ hash(y ^ hash(seed)));
+    const std::uint32_t pixel_seed = hash_of_pixel(x, y, seed);
     const std::uint32_t shuffled = owen_scrambled(reverse_bits(index), pixel_seed);
     // The first dimension of Sobol's sequence is the index with its bits in reverse order. owen_scrambled expects the
     // bits of its number in reverse order, so it gets the index itself.
     const std::uint32_t first = owen_scrambled(shuffled, hash(pixel_seed ^ 0x9e3779b9u));
     const std::uint32_t second = owen_scrambled(sobol_second_reversed(shuffled), hash(pixel_seed ^ 0x3c6ef372u));
-    constexpr double unit = 1.0 / 4294967296.0;
-    return {first * unit, second * unit};
+    return {first * sampler_unit, second * sampler_unit};
+}
+
+double sample_number(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t seed, std::uint32_t bounce) {
+    const std::uint32_t bounce_seed = hash(hash_of_pixel(x, y, seed) ^ hash(bounce + 0x7f4a7c15u)),
+                        shuffled = owen_scrambled(reverse_bits(index), bounce_seed);
+    return owen_scrambled(shuffled, hash(bounce_seed ^ 0x9e3779b9u)) * sampler_unit;
 }
 
 }  // namespace kagero

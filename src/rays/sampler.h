@@ -17,4 +17,8 @@ namespace kagero {
 std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t count,
                                       std::uint32_t seed);
 
+/// Returns a number in [0, 1) for the random choice of ray `index` of pixel (x, y) at its surface number `bounce`. The
+/// numbers of the rays of a pixel at the same bounce are a shuffled and Owen-scrambled van der Corput sequence.
+double sample_number(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t seed, std::uint32_t bounce);
+
 }  // namespace kagero

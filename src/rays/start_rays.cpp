@@ -1,5 +1,7 @@
 #include "rays/start_rays.h"
 
+#include "media/regions.h"
+#include "scene/vector3.h"
 #include "spaces/charts.h"
 
 #include <algorithm>
@@ -71,33 +73,54 @@ RayStart start_in_frame(const Plan& plan, ObserverFrame& frame, const double (&q
     return start.failure == Failure::none ? ray_in_frame(frame.map, d).start : start;
 }
 
+/// Returns the reason why a ray that has a momentum cannot be traced; `none` if it can.
+Failure start_failure(const Plan& plan, const RayStart& start, bool is_falling) {
+    const Scene& scene = *plan.scene;
+    if ((start.failure == Failure::none || start.failure == Failure::singular_start) && !start.escaped &&
+        std::hypot(start.q[0], start.q[1], start.q[2]) > max_distance(plan))
+        return Failure::too_far;
+    if (start.failure != Failure::none) return start.failure;
+    if (has_invalid_time_rescaling(scene, start.q)) return Failure::bad_time_rescaling;
+    if (has_invalid_bounds(scene, start.q)) return Failure::invalid_bounds;
+    const bool has_frequency = !start.captured && !is_falling && start.pt > 0;  // p_t is a divisor
+    if (has_frequency && plan.run.kernel->precision == Precision::float32 &&
+        needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
+        return Failure::needs_double;
+    return Failure::none;
+}
+
+/// Returns the medium in which a ray starts. A ray that starts on a boundary is in the medium into which it moves.
+std::uint32_t medium_of(const Scene& scene, const RayInput& ray) {
+    if (!scene.regions) return 0;
+    constexpr double share = 1e-9;
+    const double size = length(ray.direction);
+    const double shift = size > 0 && std::isfinite(size) ? share * scene.geometry->diagonal() / size : 0;
+    Double3 q = add(scaled(ray.position, 1 / scene.unit), scaled(ray.direction, shift));
+    q = subtract(q, scene.description.space.center);
+    return std::isfinite(dot(q, q)) ? scene.regions->medium_at(q) : 0;
+}
+
 }  // namespace
 
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
                                  std::optional<ObserverKind> observer) {
-    const Scene& scene = *plan.scene;
-    const bool is_falling = observer == ObserverKind::falling,
-               in_float = plan.run.kernel->precision == Precision::float32;
     std::vector<RayStart> starts;
     starts.reserve(rays.size());
-    std::optional<ObserverFrame> frame;
-    if (observer) frame.emplace(plan, *observer);
+    std::vector<std::optional<ObserverFrame>> frames(plan.media.size() + 1);
     for (const RayInput& ray : rays) {
+        const std::uint32_t medium = medium_of(*plan.scene, ray);
+        const Plan& around = plan.medium(medium);
+        std::optional<ObserverFrame>& frame = frames[medium];
+        if (observer && !frame) frame.emplace(around, *observer);
         double q[3];
-        for (int k = 0; k < 3; ++k) q[k] = ray.position[k] / scene.unit - scene.description.space.center[k];
-        starts.push_back(frame ? start_in_frame(plan, *frame, q, ray.direction) : start_along(plan, q, ray.direction));
+        for (std::size_t k = 0; k < 3; ++k)
+            q[k] = ray.position[k] / around.scene->unit - around.description().space.center[k];
+        RayStart start =
+            frame ? start_in_frame(around, *frame, q, ray.direction) : start_along(around, q, ray.direction);
+        start.failure = start_failure(around, start, observer == ObserverKind::falling);
+        start.medium = medium;
+        starts.push_back(start);
     }
-    for (RayStart& start : starts)
-        if ((start.failure == Failure::none || start.failure == Failure::singular_start) && !start.escaped &&
-            std::hypot(start.q[0], start.q[1], start.q[2]) > max_distance(plan)) start.failure = Failure::too_far;
-        else if (start.failure == Failure::none && has_invalid_time_rescaling(scene, start.q))
-            start.failure = Failure::bad_time_rescaling;
-        else if (start.failure == Failure::none && has_invalid_bounds(scene, start.q))
-            start.failure = Failure::invalid_bounds;
-        else if (start.failure == Failure::none && !start.captured && !is_falling &&
-                 start.pt > 0 &&  // p_t is a divisor in the next condition
-                 in_float && needs_double(scene, std::hypot(start.p[0], start.p[1], start.p[2]) / std::abs(start.pt)))
-            start.failure = Failure::needs_double;
     return starts;
 }
 

@@ -75,7 +75,8 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
                     {"equal_error", options.equal_error > 0 ? Json(options.equal_error) : Json()},
                     {"compiler", comparison.compiler},
                     {"left_out", left_out},
-                    {"interrupted", comparison.interrupted}};
+                    {"interrupted", comparison.interrupted},
+                    {"remarks", comparison.remarks}};
     return text_of(json);
 }
 

@@ -26,7 +26,7 @@ std::string kernel_text(const Plan& plan) {
 std::vector<Decision> decisions_where(const Plan& plan, bool used) {
     std::vector<Decision> decisions;
     const Decisions& all = plan.decisions;
-    for (const auto* group : {&all.tuning, &all.motion, &all.ends, &all.picture})
+    for (const auto* group : {&all.tuning, &all.motion, &all.media, &all.ends, &all.picture})
         std::copy_if(group->begin(), group->end(), std::back_inserter(decisions),
                      [&](const Decision& decision) { return decision.used == used; });
     return decisions;
@@ -65,7 +65,9 @@ std::string explanation_json(const Plan& plan) {
                     {"used", used},
                     {"left_out", left_out},
                     {"registers", kernel.registers},
-                    {"threads", plan.run.threads}});
+                    {"threads", plan.run.threads},
+                    {"remarks", plan.remarks},
+                    {"warnings", warnings_json(warnings_of_trial(plan))}});
 }
 
 std::string validity_text(const Plan& plan) {

@@ -39,6 +39,21 @@ Json energy_json(const Plan& plan, const RunReport& report) {
     return {{"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
 }
 
+/// Adds the numbers of surfaces that have sent rays on, and the work for each generation of rays.
+void add_bounces(Json& json, const RunReport& report) {
+    if (report.generations.empty()) return;
+    const PathLengths& lengths = report.path_lengths;
+    json["bounces"] = {{"mean", ratio(static_cast<double>(lengths.bounces), static_cast<double>(report.rays))},
+                       {"max", lengths.greatest},
+                       {"cut_off", lengths.cut_off}};
+    json["generations"] = Json::array();
+    for (const GenerationCount& generation : report.generations)
+        json["generations"].push_back(
+            {{"rays", generation.rays},
+             {"lane_occupancy", occupancy_json(generation.active_lane_steps, generation.issued_lane_steps)},
+             {"ns_per_ray", ratio(static_cast<double>(generation.nanoseconds), static_cast<double>(generation.rays))}});
+}
+
 double nanoseconds_per_ray(const RunReport& run) { return ratio(1e9 * run.seconds, static_cast<double>(run.rays)); }
 
 Json timing_json(const std::vector<RunReport>& runs) {
@@ -58,7 +73,9 @@ Json integrals_of_ends(const std::vector<RayEnd>& ends, double RayEnd::*number) 
 }  // namespace
 
 std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
-                        const std::vector<Warning>& warnings) {
+                        std::vector<Warning> warnings) {
+    const std::vector<Warning> of_trial = warnings_of_trial(plan);
+    warnings.insert(warnings.begin(), of_trial.begin(), of_trial.end());
     const Tile& window = plan.view.window;
     const Counters& work = report.counters;
     Json json;
@@ -69,18 +86,20 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["height"] = window.y1 - window.y0;
     json["rays"] = report.rays;
     json["seconds"] = report.seconds;
-    json["mrays_per_s"] = ratio(static_cast<double>(report.rays), 1e6 * report.seconds);
+    json["mrays_per_s"] = ratio(static_cast<double>(report.rays - report.earlier_rays), 1e6 * report.seconds);
     json["steps"] = work.steps;
     json["gradients"] = work.gradients;
     json["queries"] = work.queries;
     json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
     json["status"] = status_json(report);
+    add_bounces(json, report);
     json["energy_error"] = energy_json(plan, report);
     json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
     const auto vectorized = vectorization_ratio(plan, report);
     json["vectorization_ratio"] = vectorized ? Json(*vectorized) : Json();
     json["load_s"] = plan.load_seconds;
     json["write_s"] = write_seconds;
+    if (report.earlier_rays > 0) json["earlier_rays"] = report.earlier_rays;
     json["hamiltonian"] = plan.description().space.hamiltonian;
     json["integrator"] = plan.method().name;
     json["step"] = stated_step(*plan.scene, plan.run);
@@ -101,6 +120,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["predict_s"] = report.predict_seconds;
     json["thread_times"] = threads_json(report);
     json["warnings"] = warnings_json(warnings);
+    json["remarks"] = plan.remarks;
     return text_of(json);
 }
 
@@ -117,21 +137,47 @@ std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, con
     json["gradients_per_ray"] = ratio(static_cast<double>(last.counters.gradients), rays);
     json["lane_occupancy"] = occupancy_json(last.counters.active_lane_steps, last.counters.issued_lane_steps);
     json["status"] = status_json(last);
+    add_bounces(json, last);
     json["iteration_occupancy"] = occupancy_json(last.counters.active_iterations, last.counters.issued_iterations);
     json["repetitions"] = runs.size();
     if (plan.run.outputs & output_action) json["action"] = integrals_of_ends(ends, &RayEnd::action);
     if (plan.run.outputs & output_time) json["time"] = integrals_of_ends(ends, &RayEnd::time);
     json["warnings"] = warnings_json(warnings);
+    json["remarks"] = plan.remarks;
     return text_of(json);
 }
 
+Json counts_json(const RunReport& report) {
+    const Counters& work = report.counters;
+    Json json;
+    json["rays"] = report.rays;
+    json["steps"] = work.steps;
+    json["gradients"] = work.gradients;
+    json["queries"] = work.queries;
+    json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
+    json["status"] = status_json(report);
+    add_bounces(json, report);
+    if (report.energy_error.p50 >= 0)  // NaN if no ray has an error
+        json["energy_error"] = {
+            {"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};
+    json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
+    json["unrefined"] = work.unrefined;
+    json["interrupted"] = report.interrupted;
+    return json;
+}
+
 Metadata picture_metadata(const Plan& plan, const RunReport& report) {
+    Metadata metadata = plan_metadata(plan);
+    const Metadata of_run = run_metadata(report);
+    metadata.insert(metadata.end(), of_run.begin(), of_run.end());
+    return metadata;
+}
+
+Metadata plan_metadata(const Plan& plan) {
     const SceneDescription& scene = plan.description();
     const HamiltonianInfo& space = plan.scene->space.info();
-    std::string overrides, ends;
+    std::string overrides;
     for (const std::string& text : scene.overrides) overrides += text + "\n";
-    for (std::uint32_t s = 0; s < status_count; ++s)
-        append_to_list(ends, std::to_string(report.counters.ended[s]) + " " + name_of(static_cast<Status>(s)));
     Metadata metadata{
         {"version", KAGERO_VERSION},
         {"scene", scene.text},
@@ -147,6 +193,14 @@ Metadata picture_metadata(const Plan& plan, const RunReport& report) {
     };
     if (is_adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
     if (plan.run.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.run.solver_tolerance));
+    return metadata;
+}
+
+Metadata run_metadata(const RunReport& report) {
+    Metadata metadata;
+    std::string ends;
+    for (std::uint32_t s = 0; s < status_count; ++s)
+        append_to_list(ends, std::to_string(report.counters.ended[s]) + " " + name_of(static_cast<Status>(s)));
     if (report.rays) metadata.emplace_back("status", ends);  // The report of a snapshot has no counts.
     if (report.energy_error.p50 >= 0)                        // NaN if the error of H was not measured.
         metadata.emplace_back("energy_error", "median " + shortest(report.energy_error.p50) + ", 99 % " +

@@ -12,6 +12,10 @@ namespace {
 /// its default tolerance stays far below.
 constexpr double max_energy_error = 1e-3;
 
+/// Share of paths with too many bounces above which they are reported. Between parallel mirrors, some paths always end
+/// in this way.
+constexpr double max_cut_off_share = 0.01;
+
 std::string count_text(std::uint64_t count, std::uint64_t rays) {
     return count == rays ? (rays == 1 ? "the ray" : "all " + std::to_string(rays) + " rays")
                          : std::to_string(count) + " of " + std::to_string(rays) + " rays";
@@ -58,6 +62,13 @@ Warning warning_of_step_limit(const Plan& plan, const RunReport& report, std::ui
     return {"step_limit", text};
 }
 
+Warning warning_of_bounces(const Plan& plan, const RunReport& report, const std::string& consequence) {
+    const std::string limit = std::to_string(*plan.run.max_bounces);
+    return {"bounces", count_text(report.path_lengths.cut_off, report.rays) + " were cut off after " + limit +
+                           " surfaces" + with_consequence(consequence) +
+                           ": set a greater film.max_bounces, or --bounces for single rays"};
+}
+
 Warning warning_of_energy(const Plan& plan, const RunReport& report) {
     return {"energy_error", "H is not conserved: for 1 % of the rays its relative change exceeds " +
                                 rounded(report.energy_error.p99) + " (more than " + rounded(max_energy_error) +
@@ -66,14 +77,25 @@ Warning warning_of_energy(const Plan& plan, const RunReport& report) {
 
 }  // namespace
 
+std::vector<Warning> warnings_of_trial(const Plan& plan) {
+    std::vector<Warning> warnings;
+    if (!plan.method_trial) return warnings;
+    for (const std::string& remark : plan.method_trial->remarks) warnings.push_back({"max_pixel_error", remark});
+    return warnings;
+}
+
 std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, const std::string& consequence) {
     std::vector<Warning> warnings;
     const auto count = [&](Status status) { return report.counters.ended[static_cast<int>(status)]; };
     std::uint64_t failed = count(Status::failed), cut_off = count(Status::step_limit);
+    const std::uint64_t long_paths = report.path_lengths.cut_off;
+    cut_off -= std::min(cut_off, long_paths);
     failed -= std::min(failed, report.failures[static_cast<std::size_t>(Failure::untraced)]);
     if (failed > 0) warnings.push_back(warning_of_failures(plan, report, failed, consequence));
     if (cut_off > 0 && !std::isfinite(plan.run.parameter_limit))
         warnings.push_back(warning_of_step_limit(plan, report, cut_off, consequence));
+    if (double(long_paths) > max_cut_off_share * double(report.rays))
+        warnings.push_back(warning_of_bounces(plan, report, consequence));
     const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
     if (!is_confirmed && report.energy_error.p99 > max_energy_error)
         warnings.push_back(warning_of_energy(plan, report));

@@ -13,9 +13,13 @@ namespace kagero {
 /// A condition that makes results untrustworthy: its key in JSON, and a sentence that states the condition, its size
 /// and the remedy for the scene.
 struct Warning {
-    std::string key;  ///< "failed", "step_limit" or "energy_error".
+    std::string key;  ///< "max_pixel_error", "failed", "step_limit" or "energy_error".
     std::string text;
 };
+
+/// Returns the warnings about the choice of the method by a trial: a bound on the error that may not be met, a stated
+/// step that is replaced, and ill-conditioned rays.
+std::vector<Warning> warnings_of_trial(const Plan& plan);
 
 /// Returns the warnings about a run: rays that failed or were cut off, and H that is not conserved. The last condition
 /// is not tested if the report contains no energy errors, or if trial rays have confirmed the error of the method.

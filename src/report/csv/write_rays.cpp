@@ -40,6 +40,7 @@ std::string object_name(const Plan& plan, const RayEnd& end) {
 std::string reason_of(const Plan& plan, const RayEnd& end) {
     if (end.status == Status::failed) return why_failed(*plan.scene, plan.run.kernel->precision, end.failure);
     if (end.status != Status::step_limit) return "";
+    if (end.cut_off) return "bounces";
     if (end.steps >= plan.run.max_steps)
         return "the ray did not end within integrator.max_steps = " + std::to_string(plan.run.max_steps);
     return "the ray reached the value of --parameter";
@@ -58,7 +59,12 @@ void append_integrals(std::string& row, const Plan& plan, const Point& point) {
     if (plan.run.outputs & output_time) append_number(row, point.time);
 }
 
-void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end) {
+void append_path_state(std::string& row, const Plan& plan, const PathState& path) {
+    row += ',' + std::to_string(path.bounces) + ',' + csv_text(name_of_medium(plan.description(), path.medium));
+    append_number(row, (path.weight[0] + path.weight[1] + path.weight[2]) / 3);
+}
+
+void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end, const PathState* path) {
     row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
     append_vector(row, end.q);
     append_vector(row, end.v);
@@ -69,6 +75,7 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
     append_number(row, end.energy_error);
     row += ',' + csv_text(reason_of(plan, end));
     append_integrals(row, plan, end);
+    if (path) append_path_state(row, plan, *path);
     row += '\n';
 }
 
@@ -81,6 +88,8 @@ void append_point(std::string& row, const Plan& plan, const PathPoint& point) {
     append_number(row, point.pt);
     append_number(row, point.energy);
     append_integrals(row, plan, point);
+    if (plan.run.max_bounces)
+        row += ',' + std::to_string(point.segment) + ',' + csv_text(name_of_medium(plan.description(), point.medium));
     row += '\n';
 }
 
@@ -91,18 +100,20 @@ void flush(std::ostream& out, std::string& rows) {
 
 }  // namespace
 
-void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends) {
+void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends,
+                const std::vector<PathState>* paths) {
     std::string rows = "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason" +
-                       header_of_integrals(plan) + '\n';
+                       header_of_integrals(plan) + (paths ? ",bounces,medium,weight" : "") + '\n';
     for (std::size_t i = 0; i < ends.size(); ++i) {
-        append_end(rows, plan, i, ends[i]);
+        append_end(rows, plan, i, ends[i], paths ? &(*paths)[i] : nullptr);
         if (rows.size() > flush_size) flush(out, rows);
     }
     flush(out, rows);
 }
 
 void write_path_header(std::ostream& out, const Plan& plan) {
-    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy" << header_of_integrals(plan) << '\n';
+    out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy" << header_of_integrals(plan)
+        << (plan.run.max_bounces ? ",bounces,medium" : "") << '\n';
 }
 
 void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points) {

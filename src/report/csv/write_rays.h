@@ -8,10 +8,13 @@
 namespace kagero {
 
 /// Writes the header and one row per ray. Numbers have 17 significant digits. The last columns are the integrals along
-/// the ray that the plan requests.
-void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends);
+/// the ray that the plan requests, and, if `paths` is not null, the number of bounces, the medium at the end and the
+/// mean of the three weights of each path.
+void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends,
+                const std::vector<PathState>* paths = nullptr);
 
-/// Writes the header of the table of paths.
+/// Writes the header of the table of paths. Its last columns are the number of bounces and the medium if rays continue
+/// at surfaces (RunConfig::max_bounces).
 void write_path_header(std::ostream& out, const Plan& plan);
 /// Writes one row per point. Numbers have 17 significant digits.
 void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points);

@@ -149,6 +149,7 @@ std::string error_json(const Plan& plan, const ErrorStudy& study) {
     json["repetitions"] = study.options.repeats;
     json["seconds"] = study.seconds;
     json["interrupted"] = study.interrupted;
+    json["remarks"] = plan.remarks;
     return text_of(json);
 }
 

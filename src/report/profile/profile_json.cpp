@@ -4,6 +4,7 @@
 #include "report/json.h"
 #include "report/machine.h"
 #include "report/profile/profile_numbers.h"
+#include "report/warnings.h"
 
 namespace kagero {
 namespace {
@@ -106,6 +107,8 @@ std::string profile_json(const Plan& plan, const Profile& profile, double write_
     json["scaling"] = scaling_json(profile);
     json["repeats"] = profile.rounds;
     json["tiles"] = tiles_json(profile);
+    json["remarks"] = plan.remarks;
+    json["warnings"] = warnings_json(warnings_of_trial(plan));
     return text_of(json);
 }
 

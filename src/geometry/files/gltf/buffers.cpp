@@ -51,6 +51,12 @@ std::string decode_percent(const std::string& text) {
 
 }  // namespace
 
+std::string path_of_gltf_uri(const std::string& path, const std::string& uri) {
+    const fs::path folder = fs::path(path).parent_path(), decoded = folder / decode_percent(uri);
+    std::error_code error;
+    return (fs::is_regular_file(decoded, error) ? decoded : folder / uri).string();  // some writers do not encode %
+}
+
 std::string GltfBuffers::read_uri(const std::string& uri, const std::string& name) const {
     std::string bytes;
     if (uri.starts_with("data:")) {
@@ -62,10 +68,8 @@ std::string GltfBuffers::read_uri(const std::string& uri, const std::string& nam
     }
     if (uri.find("://") != std::string::npos)
         refuse_gltf(document_.source, name + ".uri = " + in_quotes(uri) + " is not the path of a file");
-    const fs::path folder = fs::path(document_.source.path).parent_path();
-    fs::path path = folder / decode_percent(uri);
+    const fs::path path = path_of_gltf_uri(document_.source.path, uri);
     std::error_code error;
-    if (!fs::is_regular_file(path, error)) path = folder / uri;  // some writers do not encode % in names
     std::ifstream file;
     if (fs::is_regular_file(path, error)) file.open(path, std::ios::binary);
     if (!file.is_open())

@@ -13,6 +13,9 @@ struct GltfView {
     std::size_t stride = 0;  ///< Distance of elements in bytes; 0 if they follow each other.
 };
 
+/// Returns the path of the file that a glTF file at `path` names.
+std::string path_of_gltf_uri(const std::string& path, const std::string& uri);
+
 /// The buffers of a file. A buffer is read when it is used for the first time: from the binary chunk, from the text of
 /// the file, or from another file.
 class GltfBuffers {

@@ -1,0 +1,294 @@
+#include "paths/trace_paths.h"
+
+#include "paths/interaction.h"
+#include "rays/sampler.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+/// A ray that starts in the next generation.
+struct Segment {
+    std::uint32_t ray;  ///< Index in the tile.
+    RayStart start;
+};
+
+/// Adds a position in the coordinates of a medium to those of the space of the scene.
+void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]) {
+    if (medium == 0) return;
+    const Double3 &from = plan.medium(medium).description().space.center, &to = plan.description().space.center;
+    for (std::size_t k = 0; k < 3; ++k) q[k] += from[k] - to[k];
+}
+
+/// Appends a segment to the end of a path. The integrals are added if `has_integrals` is true.
+void append(RayEnd& path, const RayEnd& segment, bool has_integrals) {
+    const RayEnd before = path;
+    path = segment;
+    path.steps += before.steps;
+    path.gradients += before.gradients;
+    path.iterations += before.iterations;
+    path.queries += before.queries;
+    path.parameter += before.parameter;
+    if (has_integrals) {
+        path.action += before.action;
+        path.time += before.time;
+    }
+    path.unrefined = path.unrefined || before.unrefined;
+    if (!(path.energy_error > before.energy_error)) path.energy_error = before.energy_error;
+}
+
+/// Passes the points of a segment to the sink of the job, as points of the whole path.
+struct PathPoints {
+    const Plan& plan;
+    const Job& job;
+    const TracedRays& rays;
+    const std::vector<Segment>& segments;
+    std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
+
+    static void receive(void* user, const PathPoint* point) {
+        const PathPoints& self = *static_cast<PathPoints*>(user);
+        const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)].ray;
+        const RayEnd& before = self.rays.ends[ray];
+        PathPoint shifted = *point;
+        shifted.ray = self.first_ray + ray;
+        shifted.step += before.steps;
+        shifted.parameter += before.parameter;
+        shifted.action += before.action;
+        shifted.time += before.time;
+        shifted.segment = self.rays.paths[ray].bounces;
+        shifted.medium = self.rays.paths[ray].medium;
+        to_space(self.plan, shifted.medium, shifted.q);
+        self.job.path_sink(self.job.path_user, &shifted);
+    }
+};
+
+/// The generations of the rays of one tile.
+class Generations {
+public:
+    Generations(const Plan& plan, const Job& job, const Tile& tile, BranchChoice choice, TracedRays& rays,
+                PathCounters& counters, const CancelToken& cancel)
+        : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
+          job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1) {}
+
+    /// Traces the first generation.
+    void start() {
+        const auto begin = std::chrono::steady_clock::now();
+        const Counters before = counters_.total;
+        const RayStart* starts = rays_.list.starts.empty() ? job_.rays : rays_.list.starts.data();
+        if (!starts || all_start_in_space(starts)) {
+            const std::uint32_t medium = starts ? 0 : job_medium_;
+            trace_tile(*plan_.medium(medium).run.kernel, job_, tile_, rays_.list, rays_.ends, counters_.total);
+            begin_paths(medium);
+            for (std::uint32_t i = 0; i < rays_.ends.size(); ++i) {
+                const double* q = starts ? starts[i + first_start()].q : job_.camera->start.position;
+                std::copy_n(q, 3, origins_[i].begin());
+                traced_[medium].push_back(i);
+            }
+            count(0, rays_.ends.size(), before, begin);
+            return;
+        }
+        rays_.ends.assign(count_of_rays(), RayEnd{});
+        begin_paths(0);
+        for (std::uint32_t i = 0; i < rays_.ends.size(); ++i) {
+            const RayStart& start = starts[first_start() + i];
+            rays_.paths[i].medium = start.medium;
+            next_[start.medium].push_back({i, start});
+        }
+        trace_segments(before, begin, 0);
+    }
+    /// Traces further generations until no ray continues.
+    void follow() {
+        for (std::size_t generation = 1; !cancel_(); ++generation) {
+            const auto begin = std::chrono::steady_clock::now();
+            const Counters before = counters_.total;
+            if (!prepare()) break;
+            trace_segments(before, begin, generation);
+        }
+        for (std::size_t i = 0; i < rays_.ends.size(); ++i) to_space(plan_, rays_.paths[i].medium, rays_.ends[i].q);
+    }
+
+private:
+    std::size_t count_of_rays() const {
+        return rays_.list.starts.empty() ? tile_.x1 - tile_.x0 : rays_.list.starts.size();
+    }
+    /// Returns the index of the tile's first ray in its list.
+    std::size_t first_start() const { return rays_.list.starts.empty() ? tile_.x0 : 0; }
+    bool all_start_in_space(const RayStart* starts) const {
+        if (plan_.media.empty()) return true;
+        const RayStart* const first = starts + first_start();
+        return std::all_of(first, first + count_of_rays(), [](const RayStart& start) { return start.medium == 0; });
+    }
+    void begin_paths(std::uint32_t medium) {
+        rays_.paths.assign(rays_.ends.size(), PathState{});
+        origins_.resize(rays_.ends.size());
+        for (PathState& path : rays_.paths) path.medium = medium;
+    }
+    /// Adds the work of a generation since `begin`, when the counters were `before`.
+    void count(std::size_t generation, std::size_t rays, const Counters& before,
+               std::chrono::steady_clock::time_point begin) {
+        if (counters_.generations.size() <= generation) counters_.generations.resize(generation + 1);
+        const auto elapsed = std::chrono::steady_clock::now() - begin;
+        counters_.generations[generation].add(
+            {rays, counters_.total.active_lane_steps - before.active_lane_steps,
+             counters_.total.issued_lane_steps - before.issued_lane_steps,
+             std::uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(elapsed).count())});
+    }
+
+    /// Makes the segments of the next generation from the rays that have just been traced. Returns false if no ray
+    /// continues.
+    bool prepare();
+    /// Continues the rays of `continuing_`, whose hits are in `hits_`.
+    void continue_rays();
+    void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
+    const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
+    /// Traces the segments of all media, and appends them to their paths.
+    void trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin, std::size_t generation);
+    void trace_group(std::uint32_t medium);
+    /// Ends the path of a ray that has hit a surface or left its medium.
+    void end_path(std::uint32_t ray, Status status, Failure failure) {
+        RayEnd& end = rays_.ends[ray];
+        --counters_.total.ended[static_cast<int>(end.status)];
+        ++counters_.total.ended[static_cast<int>(status)];
+        end.status = status;
+        end.failure = failure;
+    }
+
+    const Plan& plan_;
+    const Job& job_;
+    const Tile& tile_;
+    const BranchChoice choice_;
+    TracedRays& rays_;
+    PathCounters& counters_;
+    const CancelToken& cancel_;
+    const std::uint32_t job_medium_;  ///< The medium whose plan has made the job: that of the camera, or the space.
+    std::vector<std::vector<Segment>> next_;          ///< Segments of the next generation, by medium.
+    std::vector<std::vector<std::uint32_t>> traced_;  ///< Rays whose last segment was in this medium, by medium.
+    std::vector<Double3> origins_;  ///< Start of the last segment of each ray, in the coordinates of its medium.
+    std::vector<std::uint32_t> continuing_;
+    std::vector<RayAtSurface> hits_;
+    std::vector<RayEnd> segment_ends_;
+    RayList list_;
+};
+
+bool Generations::prepare() {
+    constexpr std::size_t hits_per_batch = 32;  // fills packets, and fits into the first-level cache
+    const std::vector<ObjectDescription>& objects = plan_.description().objects;
+    for (std::uint32_t medium = 0; medium < traced_.size(); ++medium) {
+        for (const std::uint32_t ray : traced_[medium]) {
+            const RayEnd& end = rays_.ends[ray];
+            if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
+            if (!plan_.run.max_bounces || end.status != Status::hit || !sends_light_on(objects[end.surface])) continue;
+            if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
+                rays_.ends[ray].cut_off = true;
+                end_path(ray, Status::step_limit, Failure::none);
+                continue;
+            }
+            continuing_.push_back(ray);
+            hits_.push_back({medium, &end, origins_[ray]});
+            if (hits_.size() == hits_per_batch) continue_rays();
+        }
+        traced_[medium].clear();
+    }
+    continue_rays();
+    return std::any_of(next_.begin(), next_.end(), [](const auto& segments) { return !segments.empty(); });
+}
+
+void Generations::continue_rays() {
+    const std::vector<SurfaceInteraction> interactions = interactions_of(plan_, hits_);
+    for (std::size_t i = 0; i < continuing_.size(); ++i) continue_ray(continuing_[i], interactions[i]);
+    continuing_.clear();
+    hits_.clear();
+}
+
+const Branch* Generations::choose(std::uint32_t ray, const SurfaceInteraction& interaction) const {
+    if (choice_ == BranchChoice::stronger) return interaction.stronger();
+    const FilmDescription& film = plan_.description().film;
+    const std::uint32_t pixel = ray / film.spp, width = tile_.x1 - tile_.x0;
+    return interaction.sampled(sample_number(tile_.x0 + pixel % width, tile_.y0 + pixel / width, ray % film.spp,
+                                             film.seed, rays_.paths[ray].bounces));
+}
+
+void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction) {
+    const Branch* branch = choose(ray, interaction);
+    if (interaction.leaves_medium) return end_path(ray, Status::failed, Failure::left_medium);
+    if (!branch) return end_path(ray, Status::failed, Failure::no_continuation);
+    const RayEnd& end = rays_.ends[ray];
+    PathState& path = rays_.paths[ray];
+    const double share = choice_ == BranchChoice::stronger ? branch->share : 1;
+    for (std::size_t k = 0; k < 3; ++k)
+        path.weight[k] *= share * branch->radiance * plan_.description().objects[end.surface].tint[k];
+    path.frequency *= interaction.frequency;
+    const bool is_transmitted = interaction.transmitted && branch == &*interaction.transmitted;
+    path.surfaces = (path.surfaces ^ (2 * std::uint64_t{end.surface} + is_transmitted + 1)) * 0x9e3779b97f4a7c15u;
+    ++path.bounces;
+    path.medium = branch->medium;
+    --counters_.total.ended[static_cast<int>(Status::hit)];
+    next_[branch->medium].push_back({ray, start_of(plan_, *branch)});
+}
+
+void Generations::trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin,
+                                 std::size_t generation) {
+    std::size_t rays = 0;
+    for (std::uint32_t medium = 0; medium < next_.size() && !cancel_(); ++medium) {
+        rays += next_[medium].size();
+        if (!next_[medium].empty()) trace_group(medium);
+        next_[medium].clear();
+    }
+    count(generation, rays, before, begin);
+}
+
+void Generations::trace_group(std::uint32_t medium) {
+    const Plan& plan = plan_.medium(medium);
+    const std::vector<Segment>& segments = next_[medium];
+    Job job = medium == job_medium_ ? job_ : plan.job();
+    // Rays that come from a surface differ more than those of a camera, so idle lanes get new rays.
+    job.refill = plan.run.refill != Refill::off;
+    job.outputs = job_.outputs;
+    // In a medium without p_t, light takes the time of its optical path length, and rays are followed backward.
+    const bool adds_action_to_time = (job.outputs & output_time) && null_ray_sign(*plan.scene) == 0;
+    if (adds_action_to_time) job.outputs = (job.outputs & ~output_time) | output_action;
+    job.timed = job_.timed;
+    cancel_.install(job);
+    PathPoints points{plan_, job_, rays_, segments, tile_.x0};
+    if (job_.path_sink) {
+        job.path_sink = PathPoints::receive;
+        job.path_user = &points;
+        job.path_interval = job_.path_interval;
+    }
+    list_.starts.clear();
+    for (const Segment& segment : segments) list_.starts.push_back(segment.start);
+    trace_tile(*plan.run.kernel, job, {}, list_, segment_ends_, counters_.total);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+        RayEnd& segment = segment_ends_[i];
+        if (adds_action_to_time) segment.time = -segment.action;
+        append(rays_.ends[segments[i].ray], segment, job.outputs & output_integrals);
+        std::copy_n(segments[i].start.q, 3, origins_[segments[i].ray].begin());
+        traced_[medium].push_back(segments[i].ray);
+    }
+}
+
+}  // namespace
+
+void GenerationCount::add(const GenerationCount& other) {
+    rays += other.rays;
+    active_lane_steps += other.active_lane_steps;
+    issued_lane_steps += other.issued_lane_steps;
+    nanoseconds += other.nanoseconds;
+}
+
+void trace_paths(const Plan& plan, const Job& job, const Tile& tile, BranchChoice choice, TracedRays& rays,
+                 PathCounters& counters, const CancelToken& cancel) {
+    Job cancellable = job;
+    cancel.install(cancellable);
+    rays.paths.clear();
+    if (!plan.run.max_bounces && plan.media.empty())
+        return trace_tile(*plan.run.kernel, cancellable, tile, rays.list, rays.ends, counters.total);
+    Generations generations(plan, cancellable, tile, choice, rays, counters, cancel);
+    generations.start();
+    generations.follow();
+}
+
+}  // namespace kagero

@@ -37,13 +37,12 @@ const KernelInfo& float64_kernel(const Plan& plan) {
     return plan_kernel;
 }
 
-}  // namespace
-
-EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
-    : plan_(plan), estimates_position_(position), estimates_rounding_(rounding) {
-    if (plan.scene->straight || !position) return;
+/// Returns the plan of the second run in one space, which traces in double and, if rays bend, with shorter steps.
+/// `error_over_difference` is increased to the position error divided by the distance between the ends in both runs.
+Plan refined(const Plan& plan, double& error_over_difference) {
     const IntegratorInfo& info = plan.method();
     const Variant same_method = variant_with_kernel(plan, float64_kernel(plan));
+    if (plan.scene->straight) return plan_with_variant(plan, same_method);
     const double step = same_method.step;
     // The substitute is not used if the plan's tolerance is almost as small as that of the substitute.
     const bool is_tolerance_small = info.adaptive && step <= tolerance_ratio * substitute_tolerance;
@@ -62,12 +61,28 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
         const double order = info.adaptive ? 1 : chords ? std::min(2.0, double(info.order)) : info.order;
         double error_ratio = std::pow(second.step / step, order);
         if (halves_first_step) error_ratio = std::max(error_ratio, std::pow(0.5, info.order));
-        error_over_difference_ = 1 / std::abs(1 - error_ratio);
+        error_over_difference = std::max(error_over_difference, 1 / std::abs(1 - error_ratio));
     }
-    second_run_ = plan_with_variant(plan, second);
-    if (halves_first_step) second_run_->run.step *= 0.5;
+    Plan second_run = plan_with_variant(plan, second);
+    if (halves_first_step) second_run.run.step *= 0.5;
     // The substitute takes longer steps than the plan's method, so hits on its chords would be less accurate.
-    if (substitute) second_run_->run.hit = HitModel::hermite;
+    if (substitute) second_run.run.hit = HitModel::hermite;
+    return second_run;
+}
+
+/// Returns true if the ends of rays have errors other than the rounding of the ends themselves: if rays bend, or if
+/// they continue at surfaces.
+bool have_errors_on_the_way(const Plan& plan) {
+    return !plan.scene->straight || plan.run.max_bounces || plan.view.medium != 0;
+}
+
+}  // namespace
+
+EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
+    : plan_(plan), estimates_position_(position), estimates_rounding_(rounding) {
+    if (!position || !have_errors_on_the_way(plan)) return;
+    second_run_ = refined(plan, error_over_difference_);
+    for (Plan& medium : second_run_->media) medium = refined(medium, error_over_difference_);
 }
 
 /// Returns the error, in pixels, of rounding the ray end to the plan's precision. Smaller errors cannot be measured.

@@ -15,7 +15,7 @@ namespace kagero {
 /// method of order p, the difference of the ends times 2^p/(2^p − 1) is the error of the longer step (Richardson, Phil.
 /// Trans. R. Soc. A 210, 1911). If the space bounds the step, half the step may change nothing, because the bound
 /// already forces shorter steps. In that case, the second run uses an adaptive method of order 8 with a small
-/// tolerance.
+/// tolerance. The second run follows whole paths through surfaces, also with shorter steps in media.
 ///
 /// Rounding error: a bound, see rounding_bounds.h.
 class EndErrors {
@@ -31,8 +31,8 @@ private:
 
     const Plan& plan_;
     bool estimates_position_, estimates_rounding_;
-    std::optional<Plan> second_run_;    ///< Plan of the second run. Empty if rays are straight, or if no position
-                                        ///< errors are requested.
+    std::optional<Plan> second_run_;    ///< Plan of the second run. Empty if rays are straight and end at the first
+                                        ///< surface, or if no position errors are requested.
     double error_over_difference_ = 1;  ///< Position error divided by the distance between the ends in both runs.
 };
 

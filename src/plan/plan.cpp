@@ -44,6 +44,22 @@ void remark_on_media(const SceneDescription& scene, std::vector<std::string>& re
     }
 }
 
+/// Returns true if the scene states the accuracy of the integration.
+bool states_accuracy(const IntegratorDescription& integrator) {
+    return integrator.method_location || integrator.step_location || integrator.tolerance_location;
+}
+
+/// Adds remarks on media whose errors are not part of the bound on the pixel error of a picture. Other media are traced
+/// far more precisely than any such bound.
+void remark_on_media_without_bound(const Scene& scene, std::vector<std::string>& remarks) {
+    const SceneDescription& description = scene.description;
+    if (states_accuracy(description.integrator) && !(description.integrator.max_pixel_error > 0)) return;
+    for (std::size_t i = 0; i < description.media.size(); ++i)
+        if (!scene.media[i]->straight && states_accuracy(description.media[i].integrator))
+            remarks.push_back("the bound on the pixel error does not include medium." + description.media[i].name +
+                              ", because the scene states the steps there; the layer position_error includes it");
+}
+
 /// Greatest number of steps that float can count: it represents all whole numbers up to 2^24.
 constexpr std::uint32_t max_float_steps = 1u << 24;
 
@@ -57,6 +73,7 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     const bool is_picture = purpose == Purpose::picture, has_error_bound = integrator.max_pixel_error > 0;
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
     remark_on_media(description, remarks);
+    if (is_picture) remark_on_media_without_bound(scene, remarks);
     if (!scene.form_remark.empty()) remarks.push_back(scene.form_remark);
     if (has_error_bound && !is_picture)
         add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +

@@ -2,6 +2,7 @@
 // the number of surfaces, the points of paths, and the counters of generations.
 #include "tests/support/plan_fixture.h"
 
+#include "accuracy/ray_errors.h"
 #include "film/write_film.h"
 #include "paths/fresnel.h"
 #include "render/render.h"
@@ -196,6 +197,44 @@ TEST(Paths, AreCountedByGeneration) {
     EXPECT_EQ(report.counters.ended[static_cast<int>(Status::hit)], 0u);
     EXPECT_EQ(report.path_lengths.bounces, 1600u);
     EXPECT_EQ(report.path_lengths.cut_off, 0u);
+}
+
+// A ball of graded glass that is integrated with long steps, in a space of straight rays: the estimated errors of the
+// paths are close to the distances from the ends of precise paths. The program states that the bound on the pixel error
+// does not include the ball.
+TEST(Paths, HaveEstimatedErrorsFromAllMedia) {
+    const auto scene = [](const std::string& integrator) {
+        return flat_space + "[[medium]]\nname = \"graded\"\nhamiltonian = \"fisheye\"\nn0 = 1.6\nradius = 2\n" +
+               integrator +
+               "[[object]]\nname = \"ball\"\nshape = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nfresnel = "
+               "\"transmit\"\n"
+               "material = \"boundary\"\ninterior = \"graded\"\n" +
+               camera("[24, 24]", "layers = [\"color\", \"position_error\"]\n");
+    };
+    const auto coarse = plan_of_text(scene("[medium.integrator]\nmethod = \"rk4\"\nstep = 0.4\n"), {}),
+               precise = plan_of_text(scene(""), {});
+    EXPECT_EQ(std::count_if(coarse->remarks.begin(), coarse->remarks.end(),
+                            [](const std::string& remark) { return remark.find("medium.graded") != remark.npos; }),
+              1);
+    EXPECT_TRUE(precise->remarks.empty());
+    Film film = film_of(*coarse);
+    render_with_errors(*coarse, film);
+    std::vector<RayStart> starts;
+    for (std::uint32_t i = 0; i < 24 * 24; ++i) starts.push_back(pixel_ray_start(*coarse, i % 24, i / 24));
+    std::vector<RayEnd> coarse_ends, precise_ends;
+    std::vector<PathState> paths;
+    trace(*coarse, starts, coarse_ends, {}, &paths);
+    trace(*precise, starts, precise_ends);
+    int through_ball = 0, close = 0;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+        if (paths[i].bounces == 0) continue;
+        ++through_ball;
+        const double error = pixel_error(*coarse, precise_ends[i], coarse_ends[i]),
+                     estimate = film.plane("position_error")[i];
+        close += estimate > error / 3 && estimate < 3 * error;
+    }
+    EXPECT_GT(through_ball, 100);
+    EXPECT_GE(close, 0.9 * through_ball);
 }
 
 // The film does not depend on threads, although branches are random.

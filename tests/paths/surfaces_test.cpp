@@ -209,7 +209,8 @@ TEST_P(Surfaces, BallWithAStepAndAGradedInteriorTurnsRaysByTheQuadrature) {
             const double middle = 0.5 * (low + high);
             (index(middle) * middle < b ? low : high) = middle;
         }
-        // With r = r0 + (1 − r0) s², the integrand is smooth. Gauss–Legendre by composite Simpson's rule.
+        // With r = r0 + (1 − r0) s², the integrand is smooth. It is summed by the
+        // Gauss–Legendre rule with three points, in many intervals.
         const double r0 = high;
         const auto integrand = [&](double s) {
             const double r = r0 + (1 - r0) * s * s, root = std::sqrt(index(r) * r - b) * std::sqrt(index(r) * r + b);

@@ -82,7 +82,7 @@ EndErrors::EndErrors(const Plan& plan, bool position, bool rounding)
     : plan_(plan), estimates_position_(position), estimates_rounding_(rounding) {
     if (!position || !have_errors_on_the_way(plan)) return;
     second_run_ = refined(plan, error_over_difference_);
-    for (Plan& medium : second_run_->media) medium = refined(medium, error_over_difference_);
+    for (auto& medium : second_run_->media) medium = refined(medium, error_over_difference_);
 }
 
 /// Returns the error, in pixels, of rounding the ray end to the plan's precision. Smaller errors cannot be measured.

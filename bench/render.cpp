@@ -74,11 +74,11 @@ void render_kagero(const Plan& plan, Film& film) {
 void render_bare(const Plan& plan, Film& film) {
     const Tile all = plan.view.window;
     const Job job = plan.job();
-    std::vector<RayEnd> ends;
+    TracedRays rays;
     for (const Tile& tile : split_into_tiles(plan, all, Schedule::tiles).tiles) {
-        ends.resize(ray_count_of(tile, {}));
-        bench::bare_embree(*job.camera, *job.geometry, job.escape_radius, tile, ends.data());
-        shade_tile(plan, tile, all, ends.data(), {}, {}, film);
+        rays.ends.resize(ray_count_of(tile, {}));
+        bench::bare_embree(*job.camera, *job.geometry, job.escape_radius, tile, rays.ends.data());
+        shade_tile(plan, tile, all, rays, {}, film);
     }
 }
 

@@ -2,6 +2,7 @@
 /// rules in this file make its result independent of that rounding close to the surfaces from which rays start.
 #pragma once
 
+#include "kernels/events/surface_hits.h"
 #include "kernels/events/surface_starts.h"
 #include "kernels/intersection/passed_primitives.h"
 #include "kernels/intersection/segment_clipping.h"
@@ -12,18 +13,6 @@
 #include <cmath>
 
 namespace kagero {
-
-/// The surfaces that the lanes of a packet have hit.
-template <class V>
-struct SurfaceHits {
-    std::uint32_t surface[lane_count<V>] = {}, primitive[lane_count<V>] = {};
-    V piece_start{ScalarOf<V>(0)}, piece_end{ScalarOf<V>(0)};  ///< Ends of the hit piece, as fractions of the step.
-    V t{ScalarOf<V>(0)};  ///< Embree's position of the hit, as a fraction of the chord of that piece.
-    std::uint64_t departing = 0;  ///< Lanes whose hit piece begins on the named surface where the ray starts.
-
-    /// Returns the approximate position of the hit, as a fraction of the step.
-    V hit_fraction() const { return fma(t, piece_end - piece_start, piece_start); }
-};
 
 /// Intersects one chord of each ray of a packet with the scene.
 template <class V>
@@ -121,19 +110,29 @@ public:
             segments.margin = exact || chord_only_ ? 0 : std::min(task_.job.chord_tolerance, greatest);
             for (int i = 0; i < W; ++i) segments.ignored[i] = (passed >> i) & 1 ? passed_.surface[0][i] : no_surface;
         }
-        skip_outside_escape_sphere(task_.job, query_start, query_end, segments);
+        skip_outside_escape_sphere(task_.escape_radius, query_start, query_end, segments);
         for (const int i : lanes_in(open & ~to_bits(size < V(S(clip_size))))) {
             if (!clip(geometry_, a, b, i, segments, begin, length)) open &= ~(std::uint64_t(1) << i);
         }
         queries_ = select(from_bits<V>(open), queries_ + V(S(1)), queries_);
-        std::uint64_t hit = kagero::query(geometry_.embree_scene, segments, open & ~on_named);
+        // A ray that departs from a named triangle ignores it. Only hits that are not clear need the rules of
+        // `starts_`.
+        const IgnoredTriangles ignored = starts_.departing_from_triangles(exact || !chord_only_ ? open : 0);
+        std::uint64_t by_rules = open & on_named & ~ignored.lanes;
+        std::uint64_t hit = kagero::query(geometry_.embree_scene, segments, open & ~by_rules, ignored);
+        std::uint64_t clear = hit & ignored.lanes;
+        if (clear) clear = clear_hits<exact>(a, b, begin, length, extension, segments, clear);
+        by_rules |= hit & ignored.lanes & ~clear;
+        hit &= ~ignored.lanes;
         std::uint64_t unsure = hit & near_start;
         if (hit && !exact) unsure |= hit & to_bits(fractions_of(segments, begin, length) > V(S(1)) - extension);
         if (unsure)
             hit = remove_outside_segment(a, b, begin, length, segments, hit, unsure, may_start_on_surface, passed);
         if constexpr (exact) hit = confirm(a, b, begin, length, segments, hit, near_start, may_start_on_surface);
         V returns_at(S(2));
-        if (on_named) hit |= query_at_start<exact>(a, b, begin, length, segments, open & on_named, returns_at);
+        hit |= clear;
+        if (by_rules) hit |= query_by_rules<exact>(a, b, begin, length, segments, by_rules, returns_at);
+        if (on_named) end_segments_on_named(open & on_named, hit);
         if (!hit) return 0;
         const MaskOf<V> mask = from_bits<V>(hit);
         const V fractions = fractions_of(segments, begin, length);
@@ -179,9 +178,9 @@ private:
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));
-        std::uint64_t departed =
-            close & to_bits(departs(level_sets, a, b, fraction, least, from_bits<V>(may_start_on_surface)) |
-                            (fraction > greatest));
+        std::uint64_t departed = close & to_bits(departs(level_sets, a, b, fraction, least, starts_.rounding_at(a),
+                                                         from_bits<V>(may_start_on_surface)) |
+                                                 (fraction > greatest));
         for (const int i : lanes_in(passed & hit))
             if (has_passed(i, segments.surface[i], segments.primitive[i])) departed |= std::uint64_t(1) << i;
         if (!departed) return hit;
@@ -192,17 +191,40 @@ private:
             const LevelSet<double> level_set = level_set_of(geometry_.surfaces[surface], primitive);
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
             const double at = chord_fraction(level_set, from, to, near);
-            return at <= double(get_lane(greatest, i)) && !departs(level_set, from, to, at, double(get_lane(least, i)),
-                                                                   ((may_start_on_surface >> i) & 1) != 0);
+            return at <= double(get_lane(greatest, i)) &&
+                   !departs(level_set, from, to, at, double(get_lane(least, i)), starts_.rounding_at(from),
+                            ((may_start_on_surface >> i) & 1) != 0);
         };
         return (hit & ~departed) | query_filtered(geometry_.embree_scene, segments, departed, accepts);
     }
 
-    /// Queries the segments of `lanes`, which begin on the named surface where the ray starts, or begin to return to
-    /// it. Returns the lanes that hit a surface. Sets `returns_at` to the fractions of the chords at which rays hit
-    /// their named surface.
+    /// Returns those of `lanes`, whose rays depart from named triangles, in which the hit of the query is certain: it
+    /// lies off all surfaces at the start and off the end of the segment, and a straight ray passes through its
+    /// triangle.
     template <bool exact>
-    std::uint64_t query_at_start(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
+    std::uint64_t clear_hits(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length, const V& extension,
+                             const Segments<W>& segments, std::uint64_t lanes) const {
+        const LevelSet<V> g = level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, lanes);
+        const V fraction = chord_fraction(g, a, b, fractions_of(segments, begin, length)), one(S(1));
+        const std::uint64_t clear = starts_.hits_clearly(lanes, g, a, b, fraction) &
+                                    to_bits((fraction > V(S(2)) * extension) & (fraction < one - extension));
+        if (!exact || !clear) return clear;
+        return confirmed_hits<V>(geometry_.surfaces, segments.surface, segments.primitive, clear,
+                                 advance(a, fraction, b - a), b - a, 1 / geometry_.scale);
+    }
+    /// Stores that segments of `lanes` have left the named surfaces where they begin. Lanes of `hit` have hit a
+    /// surface.
+    void end_segments_on_named(std::uint64_t lanes, std::uint64_t hit) {
+        hits.departing |= hit & lanes & starts_.departing();
+        departing_ |= lanes & ~hit;
+        starts_.end_segments(lanes);
+    }
+
+    /// Queries the segments of `lanes`, which begin on the named surface where the ray starts, or begin to return to
+    /// it. Each candidate hit is tested by the rules of `starts_`. Returns the lanes that hit a surface. Sets
+    /// `returns_at` to the fractions of the chords at which rays hit their named surface.
+    template <bool exact>
+    std::uint64_t query_by_rules(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
                                  Segments<W>& segments, std::uint64_t lanes, V& returns_at) {
         const std::uint64_t departing = lanes & starts_.departing();
         const bool straight = exact || chord_only_;
@@ -251,9 +273,6 @@ private:
             set_lane(returns_at, i, S(at));
             hit |= std::uint64_t(1) << i;
         }
-        hits.departing |= hit & departing;
-        departing_ |= lanes & ~hit;
-        starts_.end_segments(lanes);
         return hit;
     }
     /// Returns true if the line x + t·v passes through this triangle, or within `margin` of it, or if the surface is a
@@ -284,7 +303,8 @@ private:
             const Vec3<double> from = lane_of(a, i), to = lane_of(b, i);
             const double at = chord_fraction(level_set, from, to, near);
             if (((near_start >> i) & 1) != 0 &&
-                departs(level_set, from, to, at, double(get_lane(least, i)), ((may_start_on_surface >> i) & 1) != 0))
+                departs(level_set, from, to, at, double(get_lane(least, i)), starts_.rounding_at(from),
+                        ((may_start_on_surface >> i) & 1) != 0))
                 return false;
             return contains(candidate, primitive, advance(from, at, to - from), to - from, 0);
         };
@@ -305,23 +325,6 @@ private:
         const double* q = camera->position;
         const double size = std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2])}) + 1 / geometry_.scale;
         return camera->clearance > 2 * double(end_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
-    }
-
-    /// Returns the lanes in which a → b departs from the surface that the query has found at `fraction`, rather than
-    /// hitting it. Such a segment starts on the surface or moves away from it. A segment that starts on a sphere
-    /// departs from it only if the segment does not meet the sphere again beyond the fraction `least`. In lanes of
-    /// `may_start_on_surface`, a start within rounding of the surface counts as a start on the surface.
-    template <class T>
-    MaskOf<T> departs(const LevelSet<T>& g, const Vec3<T>& a, const Vec3<T>& b, const T& fraction, const T& least,
-                      const MaskOf<T>& may_start_on_surface) const {
-        const T zero(0), height = g.value(a),
-                         size = max(max(abs(a.x), abs(a.y)), abs(a.z)) + T(ScalarOf<T>(1 / geometry_.scale));
-        const T rounding = T(ScalarOf<T>(4 * machine_epsilon<S>)) * size;
-        const MaskOf<T> on_surface = may_start_on_surface & (abs(height) <= rounding);
-        const T away = height * g.slope(a, b - a);
-        const MaskOf<T> from_plane = on_surface | (away >= zero),
-                        from_sphere = (fraction <= zero) | (on_surface & (fraction <= least));
-        return ((abs(g.a) <= zero) & from_plane) | ((abs(g.a) > zero) & from_sphere);
     }
 
     /// Distance from a surface below which floats do not distinguish its sides, in Embree's coordinates. It is about 30

@@ -103,24 +103,32 @@ private:
 
     /// Returns the ends of the first pieces of `lanes`, whose rays start on named surfaces. Pieces that begin to return
     /// to this surface are shortened.
-    V ends_of_departure(const Curve<V>& curve, V end, std::uint64_t lanes) {
+    V ends_of_departure(const Curve<V>& curve, const V& end, std::uint64_t lanes) {
         if (chord_only_) return end;
-        for (const int i : lanes_in(lanes))
-            set_lane(end, i, S(chords_.starts().end_of_departure(i, curve, double(get_lane(end, i)))));
-        return end;
+        return chords_.starts().ends_of_departure(curve, end, lanes);
     }
     /// Shortens the hit pieces of `lanes`, whose rays start on named surfaces: a piece then begins where the ray begins
     /// to approach the surface that it has hit. Otherwise, refinement could find the other end of a short arc.
     void begin_at_approach(const Curve<V>& curve, std::uint64_t lanes) {
         if (chord_only_) return;
         SurfaceHits<V>& hits = chords_.hits;
-        for (const int i : lanes_in(lanes)) {
+        for (const int i : lanes_in(lanes & ~approaching(curve, lanes))) {
             const LevelSet<double> g = level_set_of(geometry_.surfaces[hits.surface[i]], hits.primitive[i]);
             const double begin = chords_.starts().begin_of_approach(i, g, curve, double(get_lane(hits.piece_start, i)),
                                                                     double(get_lane(hits.piece_end, i)));
             if (begin > double(get_lane(hits.piece_start, i))) set_lane(hits.t, i, S(0.5));
             set_lane(hits.piece_start, i, S(begin));
         }
+    }
+
+    /// Returns those of `lanes` whose ray clearly approaches, from the start of the piece on, the surface that it has
+    /// hit.
+    std::uint64_t approaching(const Curve<V>& curve, std::uint64_t lanes) const {
+        const SurfaceHits<V>& hits = chords_.hits;
+        const LevelSet<V> g = chords_.level_sets(lanes);
+        const V after = g.value(curve.at(hits.piece_end)), rounding(S(64) * machine_epsilon<S> / S(geometry_.scale));
+        const V rate = g.slope(curve.at(hits.piece_start), curve.slope(hits.piece_start));
+        return lanes & to_bits((abs(after) > rounding) & (rate * after > V(S(0))));
     }
 
     /// Returns the length of the pieces, as a fraction of the step. It is halved until chords are within the tolerance.

@@ -14,6 +14,7 @@
 
 #include "kernels/assertion.h"
 #include "kernels/integrators/curve.h"
+#include "kernels/intersection/segment_query.h"
 #include "kernels/intersection/triangle.h"
 
 #include <algorithm>
@@ -43,7 +44,9 @@ public:
         for (const int i : lanes_in(lanes & named)) {
             KAGERO_ASSERT(surface[i] < geometry_.surface_count);
             surface_[i] = surface[i];
-            primitive_[i] = geometry_.surfaces[surface[i]].kind == Surface::Kind::sphere ? 0 : primitive[i];
+            const bool is_sphere = geometry_.surfaces[surface[i]].kind == Surface::Kind::sphere;
+            primitive_[i] = is_sphere ? 0 : primitive[i];
+            if (!is_sphere) on_triangles_ |= std::uint64_t(1) << i;
         }
         restart(lanes);
     }
@@ -55,6 +58,7 @@ public:
     /// Forgets the named surfaces of `lanes`.
     void forget(std::uint64_t lanes) {
         named_ &= ~lanes;
+        on_triangles_ &= ~lanes;
         leave(lanes);
     }
     /// The next segments of `lanes` do not begin close to the named surface.
@@ -72,6 +76,10 @@ public:
     std::uint64_t named() const { return named_; }          ///< Lanes whose rays have a named surface.
     std::uint64_t departing() const { return departing_; }  ///< Lanes whose next segment begins on the named surface.
     std::uint64_t returning() const { return returning_; }  ///< Lanes whose next segment begins to return to it.
+    /// Returns those of `lanes` whose next segment begins on a named triangle, with these triangles.
+    IgnoredTriangles departing_from_triangles(std::uint64_t lanes) const {
+        return {lanes & departing_ & on_triangles_, surface_, primitive_};
+    }
     std::uint32_t surface(int lane) const { return surface_[lane]; }
     std::uint32_t primitive(int lane) const { return primitive_[lane]; }
     /// Returns those of `lanes` whose `surface` is the named sphere and whose ray has left it to the inside.
@@ -100,9 +108,26 @@ public:
     void set_side(int lane, const Vec3<double>& start, const Vec3<double>& v) {
         side_[lane] = level_set(lane).slope(start, v) < 0 ? -1 : 1;
     }
-    /// Returns the end of the first piece of a path in a departing lane, as a fraction of the step: `end`, or the point
-    /// where the distance from the named surface begins to decrease. In the second case, the lane then counts as
+    /// Returns the ends of the first pieces of paths in departing `lanes`, as fractions of the step: `end`, or the
+    /// point where the distance from the named surface begins to decrease. In the second case, the lane then counts as
     /// returning.
+    V ends_of_departure(const Curve<V>& curve, const V& end, std::uint64_t lanes) {
+        const LevelSet<V> g = level_sets_of<V>(geometry_.surfaces, surface_, primitive_, lanes);
+        const Vec3<V> q0 = curve.at(V(S(0))), v0 = curve.slope(V(S(0))), q1 = curve.at(end), v1 = curve.slope(end);
+        const V at_start = g.slope(q0, v0), at_end = g.slope(q1, v1);
+        // Close to zero, the slopes in double precision decide.
+        constexpr S small = S(1e-3);
+        const V limit = V(small) * fast_sqrt(min(dot(v0, v0), dot(v1, v1)));
+        const std::uint64_t departs =
+            lanes & to_bits((min(abs(at_start), abs(at_end)) > limit) & (at_start * at_end > V(S(0))));
+        const std::uint64_t to_front = to_bits(at_start > V(S(0)));
+        for (const int i : lanes_in(departs)) side_[i] = (to_front >> i) & 1 ? 1 : -1;
+        V ends = end;
+        for (const int i : lanes_in(lanes & ~departs))
+            set_lane(ends, i, S(end_of_departure(i, curve, double(get_lane(end, i)))));
+        return ends;
+    }
+    /// Does the same for one lane.
     double end_of_departure(int lane, const Curve<V>& curve, double end) {
         const LevelSet<double> g = level_set(lane);
         const auto slope = [&](double s) { return side_[lane] * slope_at(g, curve, lane, s); };
@@ -136,6 +161,18 @@ public:
         return g.curved ? std::clamp(chord_fraction(g, from, to, linear), 0.0, 1.0) : linear;
     }
 
+    /// Returns those of `lanes` whose segment a → b, which departs from a named triangle, clearly hits the surface g at
+    /// `fraction`: the start lies off that surface and the hit off the named triangle, by more than rounding, and the
+    /// segment ends beyond a plane. For such hits, `can_hit` is true.
+    std::uint64_t hits_clearly(std::uint64_t lanes, const LevelSet<V>& g, const Vec3<V>& a, const Vec3<V>& b,
+                               const V& fraction) const {
+        const LevelSet<V> named = level_sets_of<V>(geometry_.surfaces, surface_, primitive_, lanes);
+        const V zero(S(0)), far = V(S(16)) * rounding_at(a), before = g.value(a), after = g.value(b);
+        const MaskOf<V> ends_beyond = (abs(g.a) > zero) | ((abs(after) > far) & (before * after < zero));
+        return lanes & to_bits((abs(before) > far) & (abs(named.value(advance(a, fraction, b - a))) > far) &
+                               ends_beyond & (fraction > zero));
+    }
+
     /// Returns true if the segment from → to of a departing or returning ray can hit another surface, whose level set
     /// it meets at `fraction`.
     bool can_hit(int lane, std::uint32_t surface, std::uint32_t primitive, const Vec3<double>& from,
@@ -157,9 +194,10 @@ public:
         return side * g.value(to) < 0;
     }
     /// Returns the rounding error of a height above a plane at q.
-    double rounding_at(const Vec3<double>& q) const {
-        const double size = std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z)}) + 1 / geometry_.scale;
-        return 4 * double(machine_epsilon<S>) * size;
+    template <class T>
+    T rounding_at(const Vec3<T>& q) const {
+        const T size = max(max(abs(q.x), abs(q.y)), abs(q.z)) + T(ScalarOf<T>(1 / geometry_.scale));
+        return T(ScalarOf<T>(4 * machine_epsilon<S>)) * size;
     }
 
 private:
@@ -237,6 +275,7 @@ private:
 
     const Geometry& geometry_;
     std::uint64_t named_ = 0, departing_ = 0, returning_ = 0;
+    std::uint64_t on_triangles_ = 0;  ///< Lanes whose named surface is a triangle.
     std::uint32_t surface_[W] = {}, primitive_[W] = {};
     double side_[W] = {};  ///< 1 or −1: the sign of the level set of the named surface on the side of the ray.
 };

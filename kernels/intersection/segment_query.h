@@ -52,7 +52,28 @@ struct Segments {
     }
 };
 
+/// Triangles that a query ignores: for each of `lanes`, its own one.
+struct IgnoredTriangles {
+    std::uint64_t lanes = 0;
+    const std::uint32_t *surface = nullptr, *primitive = nullptr;
+
+    bool contains(unsigned lane, std::uint32_t its_surface, std::uint32_t its_primitive) const {
+        return ((lanes >> lane) & 1) != 0 && its_surface == surface[lane] && its_primitive == primitive[lane];
+    }
+};
+
 namespace detail {
+
+/// Rejects the intersections of a query with its ignored triangles. Embree calls this function for the rays of a packet
+/// that may hit one triangle.
+inline void reject_ignored_triangles(const RTCFilterFunctionNArguments* a) {
+    const auto& ignored = *static_cast<const IgnoredTriangles*>(static_cast<const QueryContext*>(a->context)->user);
+    for (unsigned k = 0; k < a->N; ++k) {
+        if (a->valid[k] != 0 && ignored.contains(RTCRayN_id(a->ray, a->N, k), RTCHitN_geomID(a->hit, a->N, k),
+                                                 RTCHitN_primID(a->hit, a->N, k)))
+            a->valid[k] = 0;
+    }
+}
 
 /// Intersects one ray. A non-null `filter` may reject intersections; it reads `user` from the query context.
 inline void intersect1(RTCScene scene, RTCRayHit* ray, const ExactSegments* segments,
@@ -80,22 +101,30 @@ inline void intersect1(RTCScene scene, RTCRayHit* ray, const ExactSegments* segm
 #endif
 }
 
-/// Intersects one packet; rays with valid[i] = 0 are ignored.
-inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays, const ExactSegments* segments) {
+/// Intersects one packet; rays with valid[i] = 0 are ignored. `has_ignored` is true if a ray of the packet ignores a
+/// triangle. Spheres are never ignored, so they need no filter.
+inline void intersect(const int* valid, RTCScene scene, EmbreePacket* rays, const ExactSegments* segments,
+                      const IgnoredTriangles& ignored, bool has_ignored) {
     QueryContext context;
     context.segments = segments;
     context.hit_filter = nullptr;
-    context.user = nullptr;
+    context.user = &ignored;
+    const RTCFilterFunctionN filter = has_ignored ? reject_ignored_triangles : nullptr;
 #if RTC_VERSION_MAJOR >= 4
     rtcInitRayQueryContext(&context);
     RTCIntersectArguments arguments;
     rtcInitIntersectArguments(&arguments);
     arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    if (filter) {
+        arguments.flags = RTCRayQueryFlags(RTC_RAY_QUERY_FLAG_COHERENT | RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+        arguments.filter = filter;
+    }
     arguments.context = &context;
     const auto call = [&](auto function) { function(valid, scene, rays, &arguments); };
 #else
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    context.filter = filter;
     const auto call = [&](auto function) { function(valid, scene, &context, rays); };
 #endif
 #if defined(__AVX512F__)
@@ -147,7 +176,8 @@ std::uint64_t query_singly(Segments<W>& s, std::uint64_t active, const Intersect
 /// Queries lanes [first, first + embree_width) as one packet. Returns the lanes that hit. Inactive lanes get an empty
 /// ray with finite coordinates, because Embree ignores `valid` for packet widths that are not native.
 template <int W>
-std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first) {
+std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active, int first,
+                           const IgnoredTriangles& ignored) {
     alignas(64) EmbreePacket r;
     alignas(64) int valid[embree_width];
     for (int k = 0; k < embree_width; ++k) set_ray(r.ray, [k](auto& field) -> auto& { return field[k]; }, s, first + k);
@@ -163,7 +193,7 @@ std::uint64_t query_packet(RTCScene scene, Segments<W>& s, std::uint64_t active,
         r.ray.tfar[k] = -std::numeric_limits<float>::infinity();
     }
     const ExactSegments exact = s.exact();
-    intersect(valid, scene, &r, &exact);
+    intersect(valid, scene, &r, &exact, ignored, (ignored.lanes & active) != 0);
     std::copy_n(r.ray.tfar, embree_width, s.t + first);
     std::copy_n(r.hit.geomID, embree_width, s.surface + first);
     std::copy_n(r.hit.primID, embree_width, s.primitive + first);
@@ -193,20 +223,22 @@ bool is_legal_segment(const Segments<W>& s, int lane) {
 
 /// Queries the active segments, which must be legal (`is_legal_segment`). Returns the lanes that hit.
 template <int W>
-std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active) {
+std::uint64_t query(void* embree_scene, Segments<W>& s, std::uint64_t active, const IgnoredTriangles& ignored = {}) {
     for ([[maybe_unused]] const int i : lanes_in(active))
         KAGERO_ASSERT(is_legal_segment(s, i));
     const auto scene = static_cast<RTCScene>(embree_scene);
     const ExactSegments exact = s.exact();
-    const auto intersect_lane = [&](int, RTCRayHit* ray) { detail::intersect1(scene, ray, &exact); };
+    const auto intersect_lane = [&](int i, RTCRayHit* ray) {
+        const bool has_ignored = ((ignored.lanes >> i) & 1) != 0;
+        detail::intersect1(scene, ray, &exact, has_ignored ? detail::reject_ignored_triangles : nullptr, &ignored);
+    };
     if constexpr (W % embree_width == 0) {
         std::uint64_t hits = 0;
         for (int first = 0; first < W; first += embree_width) {
             const std::uint64_t in_packet = active & (all_in_packet << first);
             if (__builtin_popcountll(in_packet) <= single_query_limit)
                 hits |= detail::query_singly(s, in_packet, intersect_lane);
-            else
-                hits |= detail::query_packet(scene, s, in_packet, first);
+            else hits |= detail::query_packet(scene, s, in_packet, first, ignored);
         }
         return hits;
     } else {

@@ -13,16 +13,6 @@ namespace {
 
 Double3 vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-/// A ray at a surface, with the data that both branches need.
-struct Crossing {
-    Double3 position{}, momentum{};  ///< Scaled to |p_t| = 1, in the coordinates of the ray's medium.
-    double pt = 0, scale = 1;
-    Double3 normal{};              ///< Unit normal on the side of the ray.
-    std::uint32_t other_side = 0;  ///< The medium beyond the surface.
-    bool is_boundary = false, in_medium = true;
-    bool passes_edge = false;  ///< The ray passes the edge of a boundary on the outside, by less than its rounding.
-};
-
 /// Returns true if a ray comes from the side of a surface to which the unit normal does not point. At a small angle to
 /// the surface, rounding and the tolerance of hits decide on the direction across it, so the position of the segment
 /// decides instead: the middle between its ends.
@@ -51,64 +41,12 @@ std::pair<Double3, Double3> on_surface(const Scene& scene, const RayEnd& end) {
     return {add(q, scaled(normal, plane[3] - dot(normal, q))), normal};
 }
 
-/// Sets the media of a boundary that a ray crosses. `q` is the point of the crossing in the space of the scene.
-void set_media(const Plan& plan, const RayAtSurface& hit, const Double3& q, bool is_outside, Crossing& crossing) {
-    const Regions& regions = *plan.scene->regions;
-    const std::uint32_t surface = hit.end->surface;
-    if (regions.is_contact(surface, hit.end->primitive, q, crossing.normal)) {
-        crossing.other_side = regions.medium_beside(surface, q, scaled(crossing.normal, -1));
-        crossing.in_medium = hit.medium == regions.medium_beside(surface, q, crossing.normal);
-        return;
-    }
-    const ObjectDescription& object = plan.description().objects[surface];
-    crossing.other_side = is_outside ? object.interior : object.exterior;
-    crossing.in_medium = hit.medium == (is_outside ? object.exterior : object.interior);
-    if (crossing.in_medium || crossing.other_side != hit.medium) return;
-    // Rays of float kernels can miss a boundary close to an edge, and bent rays can leave it by less than the tolerance
-    // of chords. They have then been beyond it only for a short way, or at a small distance.
-    constexpr double small_share = 1e-4, chord_tolerances = 4;
-    const double tolerance = std::max(small_share * regions.size_of(surface),
-                                      chord_tolerances * plan.medium(hit.medium).run.chord_tolerance),
-                 height = 0.5 * dot(crossing.normal, subtract(hit.start, crossing.position));
-    crossing.passes_edge = std::abs(height) <= tolerance ||
-                           hit.medium == regions.medium_at(subtract(q, scaled(vector_of(hit.end->v), tolerance)));
-}
-
-Crossing crossing_of(const Plan& plan, const RayAtSurface& hit) {
-    const Scene& scene = *plan.medium(hit.medium).scene;
-    Crossing crossing;
-    if (null_ray_sign(scene) != 0 && hit.end->pt != 0) crossing.scale = 1 / std::abs(hit.end->pt);
-    crossing.momentum = scaled(vector_of(hit.end->p), crossing.scale);
-    crossing.pt = hit.end->pt * crossing.scale;
-    const auto [position, normal] = on_surface(scene, *hit.end);
-    crossing.position = position;
-    const bool is_on_back = comes_from_back(scene, hit, position, normal);
-    crossing.normal = is_on_back ? scaled(normal, -1) : normal;
-    crossing.is_boundary = scene.description.objects[hit.end->surface].material == Material::boundary;
-    if (!crossing.is_boundary) return crossing;
-    const Double3 q = add(position, subtract(scene.description.space.center, plan.description().space.center));
-    const bool is_outside = is_on_back != (plan.scene->regions->outward_sign(hit.end->surface) > 0);
-    set_media(plan, hit, q, is_outside, crossing);
-    return crossing;
-}
-
-/// Returns the input of Module::continue_rays for the reflected branch.
-SurfaceRay reflected_ray(const Crossing& crossing) {
-    SurfaceRay ray{};
-    std::copy(crossing.position.begin(), crossing.position.end(), ray.q);
-    std::copy(crossing.normal.begin(), crossing.normal.end(), ray.normal);
-    std::copy(crossing.momentum.begin(), crossing.momentum.end(), ray.p);
-    ray.pt = crossing.pt;
-    ray.may_keep_value = true;
-    return ray;
-}
-
 /// Returns the ray beyond the surface, with the momentum of the incident ray in the coordinates of the medium there.
 /// The sign of the momentum changes if the rays of both spaces have p_t of different signs.
-SurfaceRay transmitted_ray(const Scene& source, const Scene& target, const Crossing& crossing) {
+SurfaceRay transmitted_ray(const Scene& source, const Scene& target, const SurfaceRay& incident) {
     const double source_sign = null_ray_sign(source), target_sign = null_ray_sign(target);
     const Double3 to_target = subtract(source.description.space.center, target.description.space.center);
-    SurfaceRay ray = reflected_ray(crossing);
+    SurfaceRay ray = incident;
     ray.may_keep_value = false;
     for (std::size_t k = 0; k < 3; ++k) {
         ray.q[k] += to_target[k];
@@ -121,137 +59,14 @@ SurfaceRay transmitted_ray(const Scene& source, const Scene& target, const Cross
     return ray;
 }
 
-/// A momentum vector p_t g_ti/g_tt (Module::time_tilts); zero in a medium without p_t.
-struct TimeTilt {
-    double vector[3] = {0, 0, 0};
-};
-
 /// Returns the index and the angle of a ray at a surface, in the rest frame of the surface. There, the frequency ω of a
 /// null ray is given by ω² = v · (p − tilt) with v = ∂H/∂p.
-OpticalSide optical_side(bool is_null, const SurfaceRay& ray, const double (&p)[3], const Continuation& continuation,
-                         const TimeTilt& tilt) {
-    const Double3 momentum = vector_of(p), normal = vector_of(ray.normal);
-    if (!is_null) return {length(momentum), std::min(std::abs(dot(momentum, normal)) / length(momentum), 1.0)};
-    const Double3 v = vector_of(continuation.velocity),
-                  rest = subtract(vector_of(continuation.p), vector_of(tilt.vector));
-    return {1, std::min(std::abs(dot(v, normal)) / std::sqrt(dot(v, rest) * continuation.curvature), 1.0)};
-}
-
-/// A list of rays for each space, for functions of the kernel module that compute in packets.
-template <class Result>
-class Batches {
-public:
-    explicit Batches(const Plan& plan) : plan_(plan), batches_(plan.media.size() + 1) {}
-
-    /// Adds a ray in a medium; `result` receives its result.
-    void add(std::uint32_t medium, const SurfaceRay& ray, Result& result) {
-        batches_[medium].rays.push_back(ray);
-        batches_[medium].results.push_back(&result);
-    }
-    /// Calls compute(space, rays, count, results) for each space, and stores the results.
-    template <class Compute>
-    void compute(const Compute& compute) {
-        std::vector<Result> computed;
-        for (std::uint32_t medium = 0; medium < batches_.size(); ++medium) {
-            const Batch& batch = batches_[medium];
-            computed.resize(batch.rays.size());
-            if (batch.rays.empty()) continue;
-            compute(plan_.medium(medium).scene->space, batch.rays.data(), static_cast<std::uint32_t>(batch.rays.size()),
-                    computed.data());
-            for (std::size_t i = 0; i < computed.size(); ++i) *batch.results[i] = computed[i];
-        }
-    }
-
-private:
-    struct Batch {
-        std::vector<SurfaceRay> rays;
-        std::vector<Result*> results;
-    };
-    const Plan& plan_;
-    std::vector<Batch> batches_;
-};
-
-/// Both branches of a ray at a surface, before their shares are known.
-struct Branches {
-    Crossing crossing;
-    SurfaceRay reflected{}, transmitted{};  ///< With the momentum of the incident ray.
-    TimeTilt near_tilt, far_tilt;           ///< On both sides of the surface.
-    Continuation reflection{}, transmission{};
-};
-
-Branch branch_of(std::uint32_t medium, const RayEnd& hit, const SurfaceRay& ray, const Continuation& continuation) {
-    return {medium, vector_of(ray.q), vector_of(continuation.p), ray.pt, hit.surface, hit.primitive, 1, 1};
-}
-
-/// Sets the shares and radiances of the branches at a boundary.
-void divide_light(const Plan& plan, std::uint32_t medium, const Branches& branches, Fresnel fresnel,
-                  SurfaceInteraction& interaction) {
-    const bool near_is_null = null_ray_sign(*plan.medium(medium).scene) != 0,
-               far_is_null = null_ray_sign(*plan.medium(branches.crossing.other_side).scene) != 0;
-    // H is quadratic in a spacetime, so that the angles of incidence and reflection are equal.
-    const OpticalSide incident = optical_side(near_is_null, branches.reflected, branches.reflected.p,
-                                              branches.reflection, branches.near_tilt),
-                      transmitted = optical_side(far_is_null, branches.transmitted, branches.transmission.p,
-                                                 branches.transmission, branches.far_tilt);
-    const double reflected = fresnel == Fresnel::automatic ? reflectance(incident, transmitted) : 0;
-    const double ratio = incident.index / transmitted.index;
-    interaction.transmitted->share = 1 - reflected;
-    interaction.transmitted->radiance = ratio * ratio;
-    if (!(reflected > 0)) interaction.reflected.reset();
-    if (interaction.reflected) interaction.reflected->share = reflected;
-}
-
-/// Returns the branch of a ray that continues unchanged.
-Branch passing_branch(const RayAtSurface& hit, const Branches& branches) {
-    Continuation unchanged{};
-    std::copy_n(branches.reflected.p, 3, unchanged.p);
-    return branch_of(hit.medium, *hit.end, branches.reflected, unchanged);
-}
-
-SurfaceInteraction interaction_of(const Plan& plan, const RayAtSurface& hit, const Branches& branches) {
-    SurfaceInteraction interaction;
-    interaction.frequency = branches.crossing.scale;
-    if (branches.crossing.passes_edge) {
-        interaction.transmitted = passing_branch(hit, branches);
-        return interaction;
-    }
-    interaction.leaves_medium = !branches.crossing.in_medium;
-    if (branches.reflection.exists)
-        interaction.reflected = branch_of(hit.medium, *hit.end, branches.reflected, branches.reflection);
-    if (!branches.crossing.is_boundary || !branches.transmission.exists) return interaction;
-    interaction.transmitted =
-        branch_of(branches.crossing.other_side, *hit.end, branches.transmitted, branches.transmission);
-    divide_light(plan, hit.medium, branches, plan.description().objects[hit.end->surface].fresnel, interaction);
-    return interaction;
-}
-
-/// Sets the crossings and the rays on both sides. Between a spacetime and a medium without p_t, the momentum is that in
-/// the rest frame of the surface, which does not depend on the time coordinate of the spacetime.
-void prepare_branches(const Plan& plan, std::span<const RayAtSurface> hits, std::vector<Branches>& branches) {
-    Batches<TimeTilt> tilts(plan);
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-        Branches& b = branches[i];
-        const Scene& source = *plan.medium(hits[i].medium).scene;
-        b.crossing = crossing_of(plan, hits[i]);
-        b.reflected = reflected_ray(b.crossing);
-        if (!b.crossing.is_boundary) continue;
-        const Scene& target = *plan.medium(b.crossing.other_side).scene;
-        b.transmitted = transmitted_ray(source, target, b.crossing);
-        if (null_ray_sign(source) != 0) tilts.add(hits[i].medium, b.reflected, b.near_tilt);
-        if (null_ray_sign(target) != 0) tilts.add(b.crossing.other_side, b.transmitted, b.far_tilt);
-    }
-    tilts.compute([](const Space& space, const SurfaceRay* rays, std::uint32_t count, TimeTilt* out) {
-        space.module->time_tilts(space.hamiltonian, space.parameters.data(), rays, count, &out->vector);
-    });
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-        Branches& b = branches[i];
-        if (!b.crossing.is_boundary) continue;
-        const double near_sign = null_ray_sign(*plan.medium(hits[i].medium).scene),
-                     far_sign = null_ray_sign(*plan.medium(b.crossing.other_side).scene);
-        if ((near_sign != 0) == (far_sign != 0)) continue;
-        for (std::size_t k = 0; k < 3; ++k)
-            b.transmitted.p[k] += b.far_tilt.vector[k] - (near_sign < 0 ? -1 : 1) * b.near_tilt.vector[k];
-    }
+OpticalSide optical_side(bool is_null, const double (&normal)[3], const double (&p)[3],
+                         const Continuation& continuation, const double (&tilt)[3]) {
+    const Double3 momentum = vector_of(p), n = vector_of(normal);
+    if (!is_null) return {length(momentum), std::min(std::abs(dot(momentum, n)) / length(momentum), 1.0)};
+    const Double3 v = vector_of(continuation.velocity), rest = subtract(vector_of(continuation.p), vector_of(tilt));
+    return {1, std::min(std::abs(dot(v, n)) / std::sqrt(dot(v, rest) * continuation.curvature), 1.0)};
 }
 
 }  // namespace
@@ -266,22 +81,173 @@ const Branch* SurfaceInteraction::sampled(double number) const {
     return number < reflected->share ? &*reflected : &*transmitted;
 }
 
-std::vector<SurfaceInteraction> interactions_of(const Plan& plan, std::span<const RayAtSurface> hits) {
-    std::vector<Branches> branches(hits.size());
-    prepare_branches(plan, hits, branches);
-    Batches<Continuation> continuations(plan);
+InteractionSolver::InteractionSolver(const Plan& plan) : plan_(plan), spaces_(plan.media.size() + 1) {}
+
+double InteractionSolver::time_sign(std::uint32_t medium) const { return null_ray_sign(*plan_.medium(medium).scene); }
+
+std::span<const SurfaceInteraction> InteractionSolver::solve(std::span<const RayAtSurface> hits) {
+    for (SpaceRays& space : spaces_) space.rays.clear();
+    crossings_.resize(hits.size());
+    reflected_.resize(hits.size());
+    interactions_.resize(hits.size());
+    bool has_boundaries = false;
     for (std::size_t i = 0; i < hits.size(); ++i) {
-        Branches& b = branches[i];
-        continuations.add(hits[i].medium, b.reflected, b.reflection);
-        if (b.crossing.is_boundary) continuations.add(b.crossing.other_side, b.transmitted, b.transmission);
+        crossings_[i] = {};
+        reflected_[i] = locate(hits[i], crossings_[i]);
+        has_boundaries |= crossings_[i].is_boundary;
     }
-    continuations.compute([](const Space& space, const SurfaceRay* rays, std::uint32_t count, Continuation* out) {
-        space.module->continue_rays(space.hamiltonian, space.parameters.data(), rays, count, out);
-    });
-    std::vector<SurfaceInteraction> interactions;
-    interactions.reserve(hits.size());
-    for (std::size_t i = 0; i < hits.size(); ++i) interactions.push_back(interaction_of(plan, hits[i], branches[i]));
-    return interactions;
+    if (has_boundaries) {
+        add_branches(hits, true);
+        compute_tilts();
+        convert_momenta(hits);
+    }
+    add_branches(hits, false);
+    compute_continuations();
+    for (std::size_t i = 0; i < hits.size(); ++i) set_interaction(hits[i], crossings_[i], interactions_[i]);
+    return interactions_;
+}
+
+SurfaceRay InteractionSolver::locate(const RayAtSurface& hit, Crossing& crossing) const {
+    const Scene& scene = *plan_.medium(hit.medium).scene;
+    if (null_ray_sign(scene) != 0 && hit.end->pt != 0) crossing.scale = 1 / std::abs(hit.end->pt);
+    const auto [position, normal] = on_surface(scene, *hit.end);
+    const bool is_on_back = comes_from_back(scene, hit, position, normal);
+    SurfaceRay ray;
+    for (std::size_t k = 0; k < 3; ++k) {
+        ray.q[k] = position[k];
+        ray.p[k] = hit.end->p[k] * crossing.scale;
+        ray.normal[k] = is_on_back ? -normal[k] : normal[k];
+    }
+    ray.pt = hit.end->pt * crossing.scale;
+    ray.may_keep_value = true;
+    crossing.is_boundary = scene.description.objects[hit.end->surface].material == Material::boundary;
+    if (crossing.is_boundary)
+        set_media(hit, ray, is_on_back != (plan_.scene->regions->outward_sign(hit.end->surface) > 0), crossing);
+    return ray;
+}
+
+void InteractionSolver::set_media(const RayAtSurface& hit, const SurfaceRay& ray, bool is_outside,
+                                  Crossing& crossing) const {
+    const Regions& regions = *plan_.scene->regions;
+    const std::uint32_t surface = hit.end->surface;
+    const Double3 normal = vector_of(ray.normal), position = vector_of(ray.q),
+                  to_scene =
+                      subtract(plan_.medium(hit.medium).description().space.center, plan_.description().space.center),
+                  q = add(position, to_scene);
+    if (regions.is_contact(surface, hit.end->primitive, q, normal)) {
+        crossing.other_side = regions.medium_beside(surface, q, scaled(normal, -1));
+        crossing.in_medium = hit.medium == regions.medium_beside(surface, q, normal);
+        return;
+    }
+    const ObjectDescription& object = plan_.description().objects[surface];
+    crossing.other_side = is_outside ? object.interior : object.exterior;
+    crossing.in_medium = hit.medium == (is_outside ? object.exterior : object.interior);
+    if (crossing.in_medium || crossing.other_side != hit.medium) return;
+    // Rays of float kernels can miss a boundary close to an edge, and bent rays can leave it by less than the tolerance
+    // of chords. They have then been beyond it only for a short way, or at a small distance.
+    constexpr double small_share = 1e-4, chord_tolerances = 4;
+    const double tolerance = std::max(small_share * regions.size_of(surface),
+                                      chord_tolerances * plan_.medium(hit.medium).run.chord_tolerance),
+                 height = 0.5 * dot(normal, subtract(hit.start, position));
+    crossing.passes_edge = std::abs(height) <= tolerance ||
+                           hit.medium == regions.medium_at(subtract(q, scaled(vector_of(hit.end->v), tolerance)));
+}
+
+std::uint32_t InteractionSolver::add_branch(std::uint32_t medium, const SurfaceRay& ray) {
+    std::vector<SurfaceRay>& rays = spaces_[medium].rays;
+    rays.push_back(ray);
+    return static_cast<std::uint32_t>(rays.size() - 1);
+}
+
+void InteractionSolver::add_branches(std::span<const RayAtSurface> hits, bool at_boundaries) {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        Crossing& crossing = crossings_[i];
+        if (crossing.is_boundary != at_boundaries) continue;
+        crossing.reflected = add_branch(hits[i].medium, reflected_[i]);
+        if (!at_boundaries) continue;
+        const Scene &source = *plan_.medium(hits[i].medium).scene, &target = *plan_.medium(crossing.other_side).scene;
+        crossing.transmitted = add_branch(crossing.other_side, transmitted_ray(source, target, reflected_[i]));
+    }
+}
+
+void InteractionSolver::compute_tilts() {
+    for (std::uint32_t medium = 0; medium < spaces_.size(); ++medium) {
+        SpaceRays& branches = spaces_[medium];
+        branches.tilts.assign(branches.rays.size(), TimeTilt{});
+        if (time_sign(medium) == 0 || branches.rays.empty()) continue;
+        const Space& space = plan_.medium(medium).scene->space;
+        space.module->time_tilts(space.hamiltonian, space.parameters.data(), branches.rays.data(),
+                                 static_cast<std::uint32_t>(branches.rays.size()), &branches.tilts.data()->vector);
+    }
+}
+
+void InteractionSolver::convert_momenta(std::span<const RayAtSurface> hits) {
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const Crossing& crossing = crossings_[i];
+        if (!crossing.is_boundary) continue;
+        const double near_sign = time_sign(hits[i].medium), far_sign = time_sign(crossing.other_side);
+        if ((near_sign != 0) == (far_sign != 0)) continue;
+        SpaceRays &near = spaces_[hits[i].medium], &far = spaces_[crossing.other_side];
+        for (std::size_t k = 0; k < 3; ++k)
+            far.rays[crossing.transmitted].p[k] += far.tilts[crossing.transmitted].vector[k] -
+                                                   (near_sign < 0 ? -1 : 1) * near.tilts[crossing.reflected].vector[k];
+    }
+}
+
+void InteractionSolver::compute_continuations() {
+    for (std::uint32_t medium = 0; medium < spaces_.size(); ++medium) {
+        SpaceRays& branches = spaces_[medium];
+        branches.continuations.resize(branches.rays.size());
+        if (branches.rays.empty()) continue;
+        const Space& space = plan_.medium(medium).scene->space;
+        space.module->continue_rays(space.hamiltonian, space.parameters.data(), branches.rays.data(),
+                                    static_cast<std::uint32_t>(branches.rays.size()), branches.continuations.data());
+    }
+}
+
+Branch InteractionSolver::branch_of(std::uint32_t medium, std::uint32_t index, const RayEnd& hit) const {
+    const SpaceRays& branches = spaces_[medium];
+    const SurfaceRay& ray = branches.rays[index];
+    return {medium, vector_of(ray.q), vector_of(branches.continuations[index].p), ray.pt, hit.surface, hit.primitive, 1,
+            1};
+}
+
+void InteractionSolver::set_interaction(const RayAtSurface& hit, const Crossing& crossing,
+                                        SurfaceInteraction& interaction) const {
+    interaction.reflected.reset();
+    interaction.transmitted.reset();
+    interaction.frequency = crossing.scale;
+    interaction.leaves_medium = !crossing.in_medium && !crossing.passes_edge;
+    const SpaceRays &near = spaces_[hit.medium], &far = spaces_[crossing.other_side];
+    if (crossing.passes_edge) {  // the ray continues unchanged
+        interaction.transmitted = branch_of(hit.medium, crossing.reflected, *hit.end);
+        interaction.transmitted->momentum = vector_of(near.rays[crossing.reflected].p);
+        return;
+    }
+    if (near.continuations[crossing.reflected].exists)
+        interaction.reflected = branch_of(hit.medium, crossing.reflected, *hit.end);
+    if (!crossing.is_boundary || !far.continuations[crossing.transmitted].exists) return;
+    interaction.transmitted = branch_of(crossing.other_side, crossing.transmitted, *hit.end);
+    divide_light(hit.medium, crossing, plan_.description().objects[hit.end->surface].fresnel, interaction);
+}
+
+void InteractionSolver::divide_light(std::uint32_t medium, const Crossing& crossing, Fresnel fresnel,
+                                     SurfaceInteraction& interaction) const {
+    const SpaceRays &near = spaces_[medium], &far = spaces_[crossing.other_side];
+    const SurfaceRay &incident_ray = near.rays[crossing.reflected], &transmitted_ray = far.rays[crossing.transmitted];
+    const Continuation &reflection = near.continuations[crossing.reflected],
+                       &transmission = far.continuations[crossing.transmitted];
+    // H is quadratic in a spacetime, so that the angles of incidence and reflection are equal.
+    const OpticalSide incident = optical_side(time_sign(medium) != 0, incident_ray.normal, incident_ray.p, reflection,
+                                              near.tilts[crossing.reflected].vector),
+                      transmitted = optical_side(time_sign(crossing.other_side) != 0, transmitted_ray.normal,
+                                                 transmission.p, transmission, far.tilts[crossing.transmitted].vector);
+    const double reflected = fresnel == Fresnel::automatic ? reflectance(incident, transmitted) : 0;
+    const double ratio = incident.index / transmitted.index;
+    interaction.transmitted->share = 1 - reflected;
+    interaction.transmitted->radiance = ratio * ratio;
+    if (!(reflected > 0)) interaction.reflected.reset();
+    if (interaction.reflected) interaction.reflected->share = reflected;
 }
 
 RayStart start_of(const Plan& plan, const Branch& branch) {

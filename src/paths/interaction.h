@@ -44,12 +44,61 @@ struct SurfaceInteraction {
     const Branch* sampled(double number) const;
 };
 
-/// Returns the interactions of rays with the surfaces that they hit. All of these surfaces send light on.
+/// Computes the interactions of rays with surfaces. The object keeps its memory from call to call.
 ///
 /// A boundary preserves the radiance divided by the squared index, times the share of the branch and the tint. The
 /// index is |p|, divided by the frequency; in a spacetime, both are those of the rest frame of the surface, and the
 /// index is 1. Null rays are first scaled to |p_t| = 1.
-std::vector<SurfaceInteraction> interactions_of(const Plan& plan, std::span<const RayAtSurface> hits);
+class InteractionSolver {
+public:
+    explicit InteractionSolver(const Plan& plan);
+
+    /// Returns the interactions of rays with the surfaces that they hit, all of which send light on. The result is
+    /// valid until the next call.
+    std::span<const SurfaceInteraction> solve(std::span<const RayAtSurface> hits);
+
+private:
+    /// A ray at a surface. Its branches are elements of `spaces_`.
+    struct Crossing {
+        double scale = 1;                      ///< Factor of the momentum, so that |p_t| = 1.
+        std::uint32_t other_side = 0;          ///< The medium beyond a boundary.
+        std::uint32_t reflected, transmitted;  ///< Indices of the rays in their spaces.
+        bool is_boundary = false, in_medium = true;
+        bool passes_edge = false;  ///< The ray passes the edge of a boundary on the outside, by less than its rounding.
+    };
+    /// A momentum vector p_t g_ti/g_tt (Module::time_tilts); zero in a medium without p_t.
+    struct TimeTilt {
+        double vector[3] = {0, 0, 0};
+    };
+    /// The branches in one space, with the momenta of their incident rays. Those at boundaries are the first ones.
+    struct SpaceRays {
+        std::vector<SurfaceRay> rays;
+        std::vector<TimeTilt> tilts;  ///< One for each branch at a boundary.
+        std::vector<Continuation> continuations;
+    };
+
+    /// Sets the side of the ray and the media of a hit. Returns the reflected branch.
+    SurfaceRay locate(const RayAtSurface& hit, Crossing& crossing) const;
+    void set_media(const RayAtSurface& hit, const SurfaceRay& ray, bool is_outside, Crossing& crossing) const;
+    /// Adds the branches at all boundaries, or those at all mirrors.
+    void add_branches(std::span<const RayAtSurface> hits, bool at_boundaries);
+    void compute_tilts();
+    /// Converts the momenta of rays that pass between a spacetime and a medium without p_t.
+    void convert_momenta(std::span<const RayAtSurface> hits);
+    void compute_continuations();
+    void set_interaction(const RayAtSurface& hit, const Crossing& crossing, SurfaceInteraction& interaction) const;
+    void divide_light(std::uint32_t medium, const Crossing& crossing, Fresnel fresnel,
+                      SurfaceInteraction& interaction) const;
+    Branch branch_of(std::uint32_t medium, std::uint32_t index, const RayEnd& hit) const;
+    std::uint32_t add_branch(std::uint32_t medium, const SurfaceRay& ray);
+    double time_sign(std::uint32_t medium) const;
+
+    const Plan& plan_;
+    std::vector<SpaceRays> spaces_;  ///< One for each medium.
+    std::vector<Crossing> crossings_;
+    std::vector<SurfaceRay> reflected_;
+    std::vector<SurfaceInteraction> interactions_;
+};
 
 /// Returns the start of the ray that takes a branch.
 RayStart start_of(const Plan& plan, const Branch& branch);

@@ -10,10 +10,19 @@
 namespace kagero {
 namespace {
 
-/// A ray that starts in the next generation.
-struct Segment {
-    std::uint32_t ray;  ///< Index in the tile.
-    RayStart start;
+/// Rays that start in one medium in the next generation.
+struct Segments {
+    std::vector<std::uint32_t> rays;  ///< Their indices in the tile.
+    RayList list;
+
+    void add(std::uint32_t ray, const RayStart& start) {
+        rays.push_back(ray);
+        list.starts.push_back(start);
+    }
+    void clear() {
+        rays.clear();
+        list.starts.clear();
+    }
 };
 
 /// Adds a position in the coordinates of a medium to those of the space of the scene.
@@ -23,21 +32,20 @@ void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]) {
     for (std::size_t k = 0; k < 3; ++k) q[k] += from[k] - to[k];
 }
 
-/// Appends a segment to the end of a path. The integrals are added if `has_integrals` is true.
-void append(RayEnd& path, const RayEnd& segment, bool has_integrals) {
-    const RayEnd before = path;
-    path = segment;
-    path.steps += before.steps;
-    path.gradients += before.gradients;
-    path.iterations += before.iterations;
-    path.queries += before.queries;
-    path.parameter += before.parameter;
+/// Adds the sums over the segments of a path to those of a further segment, which is then the end of the path. The
+/// integrals are added if `has_integrals` is true.
+void append(const RayEnd& path, RayEnd& segment, bool has_integrals) {
+    segment.steps += path.steps;
+    segment.gradients += path.gradients;
+    segment.iterations += path.iterations;
+    segment.queries += path.queries;
+    segment.parameter += path.parameter;
     if (has_integrals) {
-        path.action += before.action;
-        path.time += before.time;
+        segment.action += path.action;
+        segment.time += path.time;
     }
-    path.unrefined = path.unrefined || before.unrefined;
-    if (!(path.energy_error > before.energy_error)) path.energy_error = before.energy_error;
+    segment.unrefined = segment.unrefined || path.unrefined;
+    if (!(segment.energy_error > path.energy_error)) segment.energy_error = path.energy_error;
 }
 
 /// Passes the points of a segment to the sink of the job, as points of the whole path.
@@ -45,12 +53,12 @@ struct PathPoints {
     const Plan& plan;
     const Job& job;
     const TracedRays& rays;
-    const std::vector<Segment>& segments;
+    const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
     std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
 
     static void receive(void* user, const PathPoint* point) {
         const PathPoints& self = *static_cast<PathPoints*>(user);
-        const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)].ray;
+        const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)];
         const RayEnd& before = self.rays.ends[ray];
         PathPoint shifted = *point;
         shifted.ray = self.first_ray + ray;
@@ -71,7 +79,8 @@ public:
     Generations(const Plan& plan, const Job& job, const Tile& tile, BranchChoice choice, TracedRays& rays,
                 PathCounters& counters, const CancelToken& cancel)
         : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
-          job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1) {}
+          job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1),
+          solver_(plan) {}
 
     /// Traces the first generation.
     void start() {
@@ -95,7 +104,7 @@ public:
         for (std::uint32_t i = 0; i < rays_.ends.size(); ++i) {
             const RayStart& start = starts[first_start() + i];
             rays_.paths[i].medium = start.medium;
-            next_[start.medium].push_back({i, start});
+            next_[start.medium].add(i, start);
         }
         trace_segments(before, begin, 0);
     }
@@ -164,17 +173,17 @@ private:
     PathCounters& counters_;
     const CancelToken& cancel_;
     const std::uint32_t job_medium_;  ///< The medium whose plan has made the job: that of the camera, or the space.
-    std::vector<std::vector<Segment>> next_;          ///< Segments of the next generation, by medium.
+    std::vector<Segments> next_;      ///< Segments of the next generation, by medium.
     std::vector<std::vector<std::uint32_t>> traced_;  ///< Rays whose last segment was in this medium, by medium.
     std::vector<Double3> origins_;  ///< Start of the last segment of each ray, in the coordinates of its medium.
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
+    InteractionSolver solver_;
     std::vector<RayEnd> segment_ends_;
-    RayList list_;
 };
 
 bool Generations::prepare() {
-    constexpr std::size_t hits_per_batch = 32;  // fills packets, and fits into the first-level cache
+    constexpr std::size_t hits_per_batch = 64;  // fills packets, and fits into the first-level cache
     const std::vector<ObjectDescription>& objects = plan_.description().objects;
     for (std::uint32_t medium = 0; medium < traced_.size(); ++medium) {
         for (const std::uint32_t ray : traced_[medium]) {
@@ -193,11 +202,11 @@ bool Generations::prepare() {
         traced_[medium].clear();
     }
     continue_rays();
-    return std::any_of(next_.begin(), next_.end(), [](const auto& segments) { return !segments.empty(); });
+    return std::any_of(next_.begin(), next_.end(), [](const Segments& segments) { return !segments.rays.empty(); });
 }
 
 void Generations::continue_rays() {
-    const std::vector<SurfaceInteraction> interactions = interactions_of(plan_, hits_);
+    const std::span<const SurfaceInteraction> interactions = solver_.solve(hits_);
     for (std::size_t i = 0; i < continuing_.size(); ++i) continue_ray(continuing_[i], interactions[i]);
     continuing_.clear();
     hits_.clear();
@@ -226,15 +235,15 @@ void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& inte
     ++path.bounces;
     path.medium = branch->medium;
     --counters_.total.ended[static_cast<int>(Status::hit)];
-    next_[branch->medium].push_back({ray, start_of(plan_, *branch)});
+    next_[branch->medium].add(ray, start_of(plan_, *branch));
 }
 
 void Generations::trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin,
                                  std::size_t generation) {
     std::size_t rays = 0;
     for (std::uint32_t medium = 0; medium < next_.size() && !cancel_(); ++medium) {
-        rays += next_[medium].size();
-        if (!next_[medium].empty()) trace_group(medium);
+        rays += next_[medium].rays.size();
+        if (!next_[medium].rays.empty()) trace_group(medium);
         next_[medium].clear();
     }
     count(generation, rays, before, begin);
@@ -242,7 +251,7 @@ void Generations::trace_segments(const Counters& before, std::chrono::steady_clo
 
 void Generations::trace_group(std::uint32_t medium) {
     const Plan& plan = plan_.medium(medium);
-    const std::vector<Segment>& segments = next_[medium];
+    const Segments& segments = next_[medium];
     Job job = medium == job_medium_ ? job_ : plan.job();
     // Rays that come from a surface differ more than those of a camera, so idle lanes get new rays.
     job.refill = plan.run.refill != Refill::off;
@@ -252,22 +261,22 @@ void Generations::trace_group(std::uint32_t medium) {
     if (adds_action_to_time) job.outputs = (job.outputs & ~output_time) | output_action;
     job.timed = job_.timed;
     cancel_.install(job);
-    PathPoints points{plan_, job_, rays_, segments, tile_.x0};
+    PathPoints points{plan_, job_, rays_, segments.rays, tile_.x0};
     if (job_.path_sink) {
         job.path_sink = PathPoints::receive;
         job.path_user = &points;
         job.path_interval = job_.path_interval;
     }
-    list_.starts.clear();
-    for (const Segment& segment : segments) list_.starts.push_back(segment.start);
-    trace_tile(*plan.run.kernel, job, {}, list_, segment_ends_, counters_.total);
-    for (std::size_t i = 0; i < segments.size(); ++i) {
+    trace_tile(*plan.run.kernel, job, {}, segments.list, segment_ends_, counters_.total);
+    for (std::size_t i = 0; i < segments.rays.size(); ++i) {
+        const std::uint32_t ray = segments.rays[i];
         RayEnd& segment = segment_ends_[i];
         if (adds_action_to_time) segment.time = -segment.action;
-        append(rays_.ends[segments[i].ray], segment, job.outputs & output_integrals);
-        std::copy_n(segments[i].start.q, 3, origins_[segments[i].ray].begin());
-        traced_[medium].push_back(segments[i].ray);
+        append(rays_.ends[ray], segment, job.outputs & output_integrals);
+        rays_.ends[ray] = segment;
+        std::copy_n(segments.list.starts[i].q, 3, origins_[ray].begin());
     }
+    traced_[medium].insert(traced_[medium].end(), segments.rays.begin(), segments.rays.end());
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ struct GenerationCount {
 enum class BranchChoice { stronger, sampled };
 /// Returns the choice for the rays of a picture: random if a pixel has several rays.
 inline BranchChoice branch_choice_of(const Plan& plan) {
-    return plan.description().film.spp > 1 ? BranchChoice::sampled : BranchChoice::stronger;
+    const bool has_samples = plan.description().film.spp > 1 || plan.run.is_one_sample;
+    return has_samples ? BranchChoice::sampled : BranchChoice::stronger;
 }
 
 /// The work of a tile; entry i of `generations` is that of generation i.

@@ -61,9 +61,13 @@ double chart_radius(const Space& space, const SceneGeometry& geometry) {
 
 bool starts_ingoing(const Space& space, double chart_radius, std::optional<ObserverKind> observer,
                     const double (&q)[3]) {
+    const Hole hole = space.hole();
+    // The equator of the horizon has a radius of at most 2M.
+    const double distance2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2], greatest = std::max(2 * hole.mass, chart_radius);
+    if (!(distance2 <= greatest * greatest)) return false;
     const bool falling = observer == ObserverKind::falling;
     if (is_inside_horizon(space, q)) return falling;
-    return std::hypot(q[0], q[1], q[2]) < chart_radius && (falling || space.hole().spin != 0);
+    return std::sqrt(distance2) < chart_radius && (falling || hole.spin != 0);
 }
 
 Double3 start_position(const Space& space, const RayStart& start) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kagero {
 namespace {
@@ -102,6 +103,23 @@ double speed_of(const FormulaDescription& formula, const RayStart& ray) {
         velocity[i] = (value_of_h(formula, ray.q, after) - value_of_h(formula, ray.q, before)) / (2 * difference);
     }
     return length(velocity);
+}
+
+std::optional<Jump> jump_at(const FormulaDescription& formula, const RayEnd& end) {
+    constexpr double least_distance = 1e-13, greatest_distance = 1e-6;  // relative to |q|
+    const Double3 q{end.q[0], end.q[1], end.q[2]}, p{end.p[0], end.p[1], end.p[2]}, v{end.v[0], end.v[1], end.v[2]};
+    const auto value_at = [&](double distance) {
+        const Double3 x = add(q, scaled(v, distance));
+        return value_of_h(formula, {x[0], x[1], x[2]}, p);
+    };
+    const double size = std::max(length(q), std::numeric_limits<double>::min()),
+                 before = value_at(-greatest_distance * size);
+    for (double distance = least_distance; distance < 2 * greatest_distance; distance *= 10) {
+        const double behind = value_at(distance * size), farther = value_at((distance + greatest_distance) * size);
+        // A continuous change over this distance is smaller than a jump.
+        if (std::abs(behind - before) > 10 * std::abs(farther - behind)) return Jump{value_at(0), behind};
+    }
+    return std::nullopt;
 }
 
 StartMap quadratic_map(const FormulaDescription& formula, const double (&q)[3], double pt) {

@@ -4,6 +4,8 @@
 #include "modules/space.h"
 #include "scene/description.h"
 
+#include <optional>
+
 namespace kagero {
 
 /// Returns the programs of a formula. `size` is the greatest distance of rays from the origin. Throws InputError if the
@@ -19,6 +21,14 @@ std::vector<double> compile_rescaled(const IntegratorDescription& integrator, co
 
 /// Returns |dq/dλ| = |∂H/∂p| at the start of a ray, from differences of H.
 double speed_of(const FormulaDescription& formula, const RayStart& ray);
+
+/// The values of H before and behind a jump.
+struct Jump {
+    double before, behind;
+};
+/// Returns the jump of H on which a ray has ended. `end` lies just before the jump, in the coordinates of the kernels.
+/// Empty if H does not jump there.
+std::optional<Jump> jump_at(const FormulaDescription& formula, const RayEnd& end);
 
 /// Returns the map from directions d at q to momenta p, for a Hamiltonian H = ½ p·G p + g·p + c that is quadratic in p.
 /// A ray has the direction d if dq/dλ = ∂H/∂p = G p + g = μ d with a factor μ > 0. Then p = μ G⁻¹ d − G⁻¹ g, and H = H0

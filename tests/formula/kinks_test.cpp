@@ -89,6 +89,12 @@ TEST_F(Kinks, DoNotReduceTheOrderOfMethodsWithFixedSteps) {
     }
 }
 
+/// Returns the number that follows a text in a line.
+double number_after(const std::string& line, const std::string& text) {
+    const std::size_t position = line.find(text);
+    return position == std::string::npos ? std::nan("") : std::stod(line.substr(position + text.size()));
+}
+
 TEST_F(Kinks, AreReportedIfHJumpsThere) {
     for (const std::string jump : {"1 + u/abs(u)", "where(u, 2, 0)", "where(u, 2, 1e-30*sqrt(0.01 - u))"}) {
         SCOPED_TRACE(jump);
@@ -99,8 +105,13 @@ TEST_F(Kinks, AreReportedIfHJumpsThere) {
         write("rays.csv", "x,y,z,dx,dy,dz\n-3,0.4,0,1,0,0\n-3,0.99,0,1,0,0\n-3,1.2,0,1,0,0\n");
         const Outcome outcome = run("trace jump.toml --rays rays.csv");
         const auto rows = lines_of(outcome.out);
-        for (const std::size_t row : {1, 2})
+        for (const std::size_t row : {1, 2}) {
             EXPECT_NE(rows.at(row).find("H jumps here"), std::string::npos) << rows[row];
+            // The index is 1 before the jump, where |p| = 1, and 1.4 behind it: H = (1 − 1.96)/2.
+            EXPECT_NE(rows[row].find(" behind it"), std::string::npos) << rows[row];
+            EXPECT_NEAR(number_after(rows[row], "H is "), 0, 1e-9) << rows[row];
+            EXPECT_NEAR(number_after(rows[row], "jump and "), -0.48, 1e-5) << rows[row];
+        }
         EXPECT_NE(rows.at(3).find("escaped"), std::string::npos);
         EXPECT_NE(outcome.err.find("H jumps here"), std::string::npos) << outcome.err;
     }

@@ -32,21 +32,23 @@ std::vector<RayEnd> ends_of(const Plan& plan, const std::vector<RayInput>& rays,
 }
 
 /// Returns the number x between `inside` and `outside` at which the rays ray_at(x) change from captured to escaped.
-/// Each round divides the interval that contains x by 64, until the interval is shorter than `width`.
+/// Each round divides the interval that contains x by 15 (16 rays fill a packet), until it is shorter than `width`.
 template <class RayAt>
 double capture_boundary(const Plan& plan, double inside, double outside, const RayAt& ray_at, double width) {
+    constexpr int parts = 15;
     while (std::abs(outside - inside) > width) {
         std::vector<RayStart> starts;
-        for (int i = 0; i <= 64; ++i) starts.push_back(ray_at(inside + (outside - inside) * i / 64));
+        for (int i = 0; i <= parts; ++i) starts.push_back(ray_at(inside + (outside - inside) * i / parts));
         const auto ends = ends_of(plan, starts);
         int captured_count = 0;
         for (const RayEnd& end : ends) {
             if (end.status != Status::captured) break;
             ++captured_count;
         }
-        EXPECT_TRUE(captured_count > 0 && captured_count <= 64) << captured_count << " in " << inside << ' ' << outside;
-        if (captured_count == 0 || captured_count > 64) break;
-        const double part = (outside - inside) / 64;
+        EXPECT_TRUE(captured_count > 0 && captured_count <= parts)
+            << captured_count << " in " << inside << ' ' << outside;
+        if (captured_count == 0 || captured_count > parts) break;
+        const double part = (outside - inside) / parts;
         outside = inside + captured_count * part;
         inside = outside - part;
     }
@@ -65,7 +67,7 @@ TEST(Kerr, CriticalImpactParametersMatchTheClosedForm) {
                 return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
                                   ObserverKind::zamo)[0];
             };
-            const double found = capture_boundary(*plan, 0, 0.3, ray_at, 1e-11);
+            const double found = capture_boundary(*plan, 0, 0.3, ray_at, 2e-10);
             const RayStart critical = ray_at(found);
             const double b = -(critical.q[0] * critical.p[1] - critical.q[1] * critical.p[0]) / critical.pt;
             EXPECT_NEAR(b, expected, 1e-7 * std::abs(expected)) << "spin " << spin << ", side " << side;
@@ -267,7 +269,7 @@ TEST(FallingObserver, CriticalImpactParametersInKerrMatchTheClosedForm) {
                 return start_rays(*plan, {{{0, -50, 0}, {-side * std::sin(angle), std::cos(angle), 0}}},
                                   ObserverKind::falling)[0];
             };
-            const RayStart critical = ray_at(capture_boundary(*plan, 0, 0.3, ray_at, 1e-11));
+            const RayStart critical = ray_at(capture_boundary(*plan, 0, 0.3, ray_at, 2e-10));
             const double expected = side * 6 * std::cos(std::acos(-side * spin) / 3) - spin;
             const double b = (critical.q[0] * critical.p[1] - critical.q[1] * critical.p[0]) / critical.pt;
             EXPECT_NEAR(b, -expected, 1e-7 * std::abs(expected)) << spin << ' ' << side;

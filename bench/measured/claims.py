@@ -397,5 +397,16 @@ def bounces(program, _):
                   [unseen.median], str(unseen), False)]
 
 
+def shading(program, _):
+    """Time from the ends of rays to colours, per pixel that shows the sky."""
+    results = program.medians("bench_shading", "^sky/")
+    times = {name: 1e9 * results[f"sky/{name}"]["per_pixel"] for name in ("galaxy", "hole", "kerr", "wormhole")}
+    return [Claim("shading", "shading of a sky pixel without tracing, galaxy / hole / kerr, 1 thread, ns", [], [60] * 3,
+                  [times["galaxy"], times["hole"], times["kerr"]],
+                  f"medians of 5; wormhole, whose pixels near the throat cover long stripes of sky: "
+                  f"{times['wormhole']:.0f} ns", False, "{:.0f}")]
+
+
 ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, whole_steps, shuffled, frames,
-       straight, formulas, bounces)
+       straight, formulas, bounces,
+       shading)

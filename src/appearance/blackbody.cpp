@@ -1,5 +1,7 @@
 #include "appearance/blackbody.h"
 
+#include "kernels/assertion.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,6 +29,7 @@ std::array<double, 3> color_matching(double l) {
 struct Spectrum {
     static constexpr std::size_t nodes = 64, group = 4;
     static constexpr double first = 1.0 / 830, step = (1.0 / 360 - first) / (nodes - 1);  ///< Values of 1/λ, in 1/nm.
+    static constexpr double hc_over_k = 1.438776877e7;                                    ///< In nm K (CODATA 2018).
     std::array<std::array<double, nodes>, 3> weights;  ///< For X, Y and Z; they do not contain Planck's exponential.
 
     Spectrum() {
@@ -40,11 +43,16 @@ struct Spectrum {
     }
 };
 
-/// Returns X, Y and Z of a black body. The recurrence of m(x) = e^x − 1 is m(x + d) = m(x) + m(d) (m(x) + 1). The
-/// constant hc/k is 1.438776877e7 nm K (CODATA 2018).
-std::array<double, 3> tristimulus(double kelvin) {
+const Spectrum& spectrum_of_observer() {
     static const Spectrum spectrum;
-    const double exponent = 1.438776877e7 / kelvin, m_step = std::expm1(exponent * (Spectrum::group * Spectrum::step));
+    return spectrum;
+}
+
+/// Returns X, Y and Z of a black body. The recurrence of m(x) = e^x − 1 is m(x + d) = m(x) + m(d) (m(x) + 1).
+std::array<double, 3> tristimulus(double kelvin) {
+    const Spectrum& spectrum = spectrum_of_observer();
+    const double exponent = Spectrum::hc_over_k / kelvin,
+                 m_step = std::expm1(exponent * (Spectrum::group * Spectrum::step));
     std::array<double, Spectrum::group> m;
     for (std::size_t k = 0; k < m.size(); ++k)
         m[k] = std::expm1(exponent * (Spectrum::first + static_cast<double>(k) * Spectrum::step));
@@ -60,22 +68,46 @@ std::array<double, 3> tristimulus(double kelvin) {
     return xyz;
 }
 
-}  // namespace
-
-double blackbody_luminance(double kelvin) {
-    return tristimulus(kelvin)[1];
-}
-
-std::array<double, 3> blackbody_color(double kelvin) {
-    const auto [x, y, z] = tristimulus(kelvin);
-    // From XYZ to linear sRGB: IEC 61966-2-1. If a negative channel is set to 0, the others are scaled to keep the
-    // luminance.
+/// Converts X, Y and Z to linear sRGB: IEC 61966-2-1. If a negative channel is set to 0, the others are scaled to keep
+/// the luminance.
+std::array<double, 3> srgb_of(const std::array<double, 3>& xyz) {
+    const auto [x, y, z] = xyz;
     std::array<double, 3> rgb{std::max(0.0, 3.2406 * x - 1.5372 * y - 0.4986 * z),
                               std::max(0.0, -0.9689 * x + 1.8758 * y + 0.0415 * z),
                               std::max(0.0, 0.0557 * x - 0.2040 * y + 1.0570 * z)};
     const double luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     for (double& channel : rgb) channel *= luminance > 0 ? y / luminance : 0;
     return rgb;
+}
+
+}  // namespace
+
+double blackbody_luminance(double kelvin) { return tristimulus(kelvin)[1]; }
+
+std::array<double, 3> blackbody_color(double kelvin) { return srgb_of(tristimulus(kelvin)); }
+
+void blackbody_colors(const Module& module, std::span<const double> kelvin, std::array<double, 3>* rgb) {
+    constexpr std::size_t capacity = 64;
+    KAGERO_ASSERT(kelvin.size() <= capacity);
+    const Spectrum& spectrum = spectrum_of_observer();
+    std::array<double, capacity> temperatures;
+    std::array<std::array<double, capacity>, 3> xyz;
+    temperatures.fill(1);
+    for (std::size_t i = 0; i < kelvin.size(); ++i)
+        if (kelvin[i] > 0) temperatures[i] = kelvin[i];
+    PlanckSums sums{};
+    sums.count = static_cast<std::uint32_t>((kelvin.size() + shading_lanes - 1) / shading_lanes * shading_lanes);
+    sums.nodes = Spectrum::nodes;
+    sums.first = Spectrum::hc_over_k * Spectrum::first;
+    sums.step = Spectrum::hc_over_k * Spectrum::step;
+    sums.kelvin = temperatures.data();
+    for (std::size_t c = 0; c < 3; ++c) {
+        sums.weights[c] = spectrum.weights[c].data();
+        sums.sums[c] = xyz[c].data();
+    }
+    module.shading.planck_sums(&sums);
+    for (std::size_t i = 0; i < kelvin.size(); ++i)
+        rgb[i] = kelvin[i] > 0 ? srgb_of({xyz[0][i], xyz[1][i], xyz[2][i]}) : std::array<double, 3>{};
 }
 
 }  // namespace kagero

@@ -87,15 +87,6 @@ Footprint footprint_along(const PrincipalAxes& axes, const Double3& e1, const Do
     return {vector_of(axes.major), vector_of(axes.minor)};
 }
 
-/// Returns true if all four rays of a block with one ray per pixel escape to the same sky.
-bool have_common_sky(const PixelBlock& block, std::uint32_t spp) {
-    if (block.rays.size() != 4 || spp != 1) return false;
-    return std::all_of(block.rays.begin(), block.rays.end(), [&](const PixelSample& ray) {
-        return ray.group == block.rays[0].group && ray.end->status == Status::escaped &&
-               ray.sky.on_second_sheet == block.rays[0].sky.on_second_sheet;
-    });
-}
-
 /// Returns the footprint of a block with have_common_sky. It equals that of fit_footprint, but needs fewer operations
 /// and no film positions. The four directions are an affine function of the film position, plus a bilinear term, which
 /// is orthogonal to it.
@@ -144,6 +135,14 @@ std::uint32_t group_by_path(PixelBlock& block) {
         rays[i].group = same == rays.begin() + std::ptrdiff_t(i) ? groups++ : same->group;
     }
     return groups;
+}
+
+bool have_common_sky(const PixelBlock& block, std::uint32_t spp) {
+    if (block.rays.size() != 4 || spp != 1) return false;
+    return std::all_of(block.rays.begin(), block.rays.end(), [&](const PixelSample& ray) {
+        return ray.group == block.rays[0].group && ray.end->status == Status::escaped &&
+               ray.sky.on_second_sheet == block.rays[0].sky.on_second_sheet;
+    });
 }
 
 SkyFootprints footprints_of(PixelBlock& block, std::uint32_t spp, std::uint32_t group) {

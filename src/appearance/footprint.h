@@ -17,6 +17,7 @@ struct SkyFootprints {
 /// Rays of a block of 2 × 2 pixels, with the buffers that are used to find their footprints and patches. The rays of
 /// one pixel are consecutive.
 struct PixelBlock {
+    Tile pixels{};  ///< The pixels: fewer than 2 × 2 at the edges of a tile.
     std::vector<PixelSample> rays;
     std::vector<CameraRay> starts;                       ///< The elements to which `PixelSample::ray` points.
     std::vector<std::array<double, 2>> film_positions;   ///< Positions of the rays on the picture, in pixels.
@@ -29,6 +30,9 @@ struct PixelBlock {
 /// Sets PixelSample::group: rays whose paths continue at the same surfaces are in the same group. Only the ends of such
 /// rays depend continuously on the film position. Returns the number of groups.
 std::uint32_t group_by_path(PixelBlock& block);
+
+/// Returns true if all four rays of a block with one ray per pixel escape to the same sky, in the same group.
+bool have_common_sky(const PixelBlock& block, std::uint32_t spp);
 
 /// Returns the footprints of the block's rays in one group. The spread of the directions of all rays that escape to the
 /// same sky is scaled from the spread of their film positions to the size of a pixel. The area is then divided among

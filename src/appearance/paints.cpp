@@ -103,8 +103,9 @@ Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, boo
 }
 
 Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                             const Double3& ray_direction, double redshift, const Patch& patch) const {
-    return object_color(objects_[surface], primitive, point, ray_direction, redshift, patch);
+                             const Double3& ray_direction, double redshift, const Patch& patch,
+                             const Float3* black_body) const {
+    return object_color(objects_[surface], primitive, point, ray_direction, redshift, patch, black_body);
 }
 
 Float3 Paints::sky_color(const Double3& direction, bool on_second_sheet, const SkyFilter& filter) const {

@@ -21,11 +21,17 @@ public:
     /// Returns the linear colour of a surface at a point relative to `space.center`. `ray_direction` is the unit
     /// direction of the ray at its end, traced from the camera. `redshift` is the observed frequency divided by the
     /// emitted one; it affects only disks. Images and checkers are averaged over the patch.
+    /// If `black_body` is not null, it is the colour of the disk's black body, which is otherwise computed.
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
-                         const Double3& ray_direction, double redshift = 1, const Patch& patch = {}) const;
+                         const Double3& ray_direction, double redshift = 1, const Patch& patch = {},
+                         const Float3* black_body = nullptr) const;
     /// Returns the linear colour of the sky in a unit direction. If `on_second_sheet` is true, the sky is that of a
     /// wormhole's second sheet. Images and checkers are averaged over the filter's footprint.
     Float3 sky_color(const Double3& direction, bool on_second_sheet = false, const SkyFilter& filter = {}) const;
+    /// Returns the data of a surface.
+    const ShadedObject& object(std::uint32_t surface) const { return objects_[surface]; }
+    /// Returns the paint and the axes of a sky.
+    const LoadedSky& sky(bool on_second_sheet) const { return on_second_sheet ? far_sky_ : sky_; }
     /// Returns the filter for a footprint on a sky.
     SkyFilter sky_filter(bool on_second_sheet, const Footprint& footprint) const;
     /// Returns true if a sky has an image or a checker, so that footprints affect its colour.

@@ -27,6 +27,8 @@ struct PixelSample {
     const EndError* error = nullptr;  ///< Set only if a layer needs it.
     Patch patch{};                    ///< Patch on the surface that the ray hits.
     SkyView sky{};                    ///< Sky and direction if the ray escapes.
+    Float3 source_color{};            ///< Colour of the sky, or of a black body, where the ray ends.
+    Footprint footprint{};            ///< Footprint on the sky if the ray escapes; set only if a layer needs it.
     const PathState* path = nullptr;  ///< Null if all rays end at the first surface.
     std::uint32_t group = 0;          ///< Number of the ray's group in its block (group_by_path in footprint.h).
 };

@@ -47,33 +47,40 @@ struct LevelPair {
     }
 };
 
-/// Calls visit(LevelPair) with the two levels next to `level`, and returns its result.
-template <class Visit>
-Float3 visit_levels(const StoredImage& image, const std::vector<Image>& coarser, double level, const Visit& visit) {
+/// Calls visit(LevelPair) with the two levels next to `level`, and returns its result. Level 0 is `image`.
+template <class Stored, class Visit>
+Float3 visit_levels(const Texels<Stored>& image, const std::vector<Image>& coarser, double level, const Visit& visit) {
     const double last_level = static_cast<double>(coarser.size());
-    if (!(level > 0) || coarser.empty())  // also if `level` is NaN
-        return visit_texels(image, [&](const auto& texels) { return visit(LevelPair{texels, nullptr}); });
-    if (level >= last_level) return visit(LevelPair{texels_of(coarser.back()), nullptr});
+    if (!(level > 0) || coarser.empty()) return visit(LevelPair<Stored>{image, nullptr});  // also if `level` is NaN
+    if (level >= last_level) return visit(LevelPair<float>{texels_of(coarser.back()), nullptr});
     const auto fine = static_cast<std::size_t>(level);
     const auto weight = static_cast<float>(level - static_cast<double>(fine));
     const Image* const next = &coarser[fine];
-    if (fine == 0)
-        return visit_texels(image, [&](const auto& texels) { return visit(LevelPair{texels, next, weight}); });
-    return visit(LevelPair{texels_of(coarser[fine - 1]), next, weight});
+    if (fine == 0) return visit(LevelPair<Stored>{image, next, weight});
+    return visit(LevelPair<float>{texels_of(coarser[fine - 1]), next, weight});
+}
+
+/// Loads the texels around (u, v) in two levels into the cache.
+template <class Stored>
+void prefetch(const Texels<Stored>& image, const std::vector<Image>& coarser, double level, double u, double v) {
+    visit_levels(image, coarser, level, [&](const auto& levels) {
+        prefetch_texels(levels.fine, u, v);
+        if (levels.next) prefetch_texels(texels_of(*levels.next), u, v);
+        return Float3{};
+    });
 }
 
 /// Returns the probes for a stripe on a sphere whose length and width are in radians. A texel counts as wide as the
 /// shorter side of a texel on the equator. Texels near the poles are narrower along the rows, but the image resolves no
 /// finer detail there.
 Probes probes_on_sphere(const StoredImage& image, double length, double width) {
-    const double texel = std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
+    const double texel = texel_on_sphere(image);
     return {length / texel, width / texel};
 }
 
 /// Returns the mean of the image along a stripe. position(t) returns u and v on the stripe's axis for t from −½ to ½.
-/// The types of the components are distinguished once per stripe.
-template <class Position>
-Float3 mean_along(const StoredImage& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
+template <class Stored, class Position>
+Float3 mean_along(const Texels<Stored>& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
                   const Position& position) {
     return visit_levels(image, coarser, probes.level, [&](const auto& levels) {
         if (probes.count == 1) return levels.color(position(0), edges);
@@ -87,6 +94,22 @@ Float3 mean_along(const StoredImage& image, const std::vector<Image>& coarser, c
         return color;
     });
 }
+/// The same for an image whose type of components is distinguished by this call.
+template <class Position>
+Float3 mean_along(const StoredImage& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
+                  const Position& position) {
+    return visit_texels(image,
+                        [&](const auto& texels) { return mean_along(texels, coarser, probes, edges, position); });
+}
+
+/// Returns the mean along a stripe on a great circle of the sky, with the middle `direction` and the axis `along`.
+template <class AnyImage>
+[[gnu::noinline]] Float3 mean_along_great_circle(const AnyImage& image, const std::vector<Image>& coarser,
+                                                 const Double3& direction, const Double3& along, const SkyAxes& axes,
+                                                 const Probes& probes) {
+    return mean_along(image, coarser, probes, repeat_along_u,
+                      [&](double t) { return sky_coordinates(unit(add(direction, scaled(along, t))), axes); });
+}
 
 }  // namespace
 
@@ -94,6 +117,10 @@ Probes::Probes(double length, double width) {
     const double step = std::max({width, length / max_probes, 1.0});  // distance of probes, at most
     if (step > 1) level = std::log2(step);
     if (length > step) count += static_cast<int>(length / step * (1 - 1e-9));
+}
+
+double texel_on_sphere(const StoredImage& image) {
+    return std::min(std::numbers::pi / image.height, 2 * std::numbers::pi / image.width);
 }
 
 SkyFilter sky_filter(const StoredImage& image, const Footprint& footprint) {
@@ -183,8 +210,30 @@ Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coa
         return mean_along(image, coarser, filter.probes, repeat_along_u,
                           [&, u = u, v = v](double t) { return std::array{u + t * du, v + t * dv}; });
     }
-    return mean_along(image, coarser, filter.probes, repeat_along_u, [&](double t) {
-        return sky_coordinates(unit(add(direction, scaled(along, t))), axes);
+    return mean_along_great_circle(image, coarser, direction, along, axes, filter.probes);
+}
+
+void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const SkyAxes& axes,
+                        const SkyPoints& points, std::span<Float3> colors) {
+    const auto vector = [](const double* const(&components)[3], std::size_t i) {
+        return Double3{components[0][i], components[1][i], components[2][i]};
+    };
+    visit_texels(image, [&](const auto& texels) {
+        for (std::size_t i = 0; i < colors.size(); ++i)
+            prefetch(texels, coarser, points.level[i], points.u[i], points.v[i]);
+        for (std::size_t i = 0; i < colors.size(); ++i) {
+            Probes probes;
+            probes.level = points.level[i];
+            probes.count = static_cast<int>(points.probes[i]);
+            const std::array middle{points.u[i], points.v[i]}, side{points.by_major[0][i], points.by_major[1][i]};
+            if (probes.count == 1 || points.bend[i] < 1)
+                colors[i] = mean_along(texels, coarser, probes, repeat_along_u, [&](double t) {
+                    return std::array{middle[0] + t * side[0], middle[1] + t * side[1]};
+                });
+            else
+                colors[i] = mean_along_great_circle(texels, coarser, vector(points.direction, i),
+                                                    vector(points.major, i), axes, probes);
+        }
     });
 }
 

@@ -1,8 +1,11 @@
 /// Mean colours of images over the footprints and patches of rays, from copies of decreasing resolution (mipmaps).
 #pragma once
 
-#include "film/image.h"
 #include "appearance/texture.h"
+#include "film/image.h"
+#include "kernels/abi.h"
+
+#include <span>
 
 namespace kagero {
 
@@ -62,6 +65,8 @@ struct SkyFilter {
     Footprint footprint{};
     Probes probes{};
 };
+/// Returns the size of a texel in radians: the shorter side of a texel on the equator.
+double texel_on_sphere(const StoredImage& image);
 /// Returns the filter with which an image is averaged over a footprint.
 SkyFilter sky_filter(const StoredImage& image, const Footprint& footprint);
 
@@ -71,6 +76,11 @@ SkyFilter sky_filter(const StoredImage& image, const Footprint& footprint);
 /// interpolation of the image.
 Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const SkyFilter& filter);
+
+/// Sets `colors` to those of sky_texture_color at the first points of a list for which the kernel module has computed
+/// texture coordinates and filters.
+void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const SkyAxes& axes,
+                        const SkyPoints& points, std::span<Float3> colors);
 
 /// Returns the image's mean colour over a patch around a point on a sphere, computed as in sky_texture_color.
 /// `from_center` is the point relative to the centre, and `right` and `below` are the sides of the patch.

@@ -119,8 +119,9 @@ Double3 orbit_velocity(const Space& space, const Double3& normal, const Double3&
     const Double3 axis = unit(normal);
     // In the equatorial plane of Kerr-Schild coordinates, |q|² = r² + a², with the Boyer-Lindquist radius r.
     const double radius_squared = std::max(0.0, dot(q, q) - hole.spin * hole.spin);
-    const double root_mass = std::sqrt(hole.mass), spin = axis[2] < 0 ? -hole.spin : hole.spin;
-    return scaled(cross(axis, q), root_mass / (std::pow(radius_squared, 0.75) + spin * root_mass));
+    const double radius = std::sqrt(radius_squared), root_mass = std::sqrt(hole.mass),
+                 spin = axis[2] < 0 ? -hole.spin : hole.spin;
+    return scaled(cross(axis, q), root_mass / (radius * std::sqrt(radius) + spin * root_mass));
 }
 
 double redshift_of(const Sources& sources, bool spacetime, const PixelSample& ray) {

@@ -33,10 +33,6 @@ PaintedPatch painted_patch(const ShadedObject& object, std::uint32_t primitive, 
     return {u, v, to_uv(chart, patch)};
 }
 
-Float3 plain_color(const Paint& paint) {
-    return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
-}
-
 /// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
 /// periodic. The u and v of a mesh may repeat an image. On a rectangle or a face of a box, the texels at the edges are
 /// continued.
@@ -58,11 +54,9 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
                                  edges_on(object.geometry->shape));
 }
 
-/// Returns the colour of a disk that radiates as a black body. Its temperature is T ∝ r^(−3/4), which holds far from
-/// the inner edge of a disk that radiates the gravitational energy of its matter (Shakura and Sunyaev 1973).
+/// Returns the colour of a disk that radiates as a black body.
 [[gnu::noinline]] Float3 black_body_color(const ShadedObject& disk, const Double3& point, double redshift) {
-    const double radius = std::max(length(subtract(point, disk.geometry->center)), disk.inner);
-    const double kelvin = disk.temperature * std::pow(radius / disk.inner, -0.75) * redshift;
+    const double kelvin = observed_temperature(disk, point, redshift);
     if (!(kelvin > 0)) return {0, 0, 0};
     const std::array<double, 3> rgb = blackbody_color(kelvin);
     Float3 color;
@@ -107,12 +101,22 @@ bool has_pattern(const LoadedPaint& paint) {
     return paint.paint.kind != Paint::Kind::color;
 }
 
+double observed_temperature(const ShadedObject& disk, const Double3& point, double redshift) {
+    const double radius = std::max(length(subtract(point, disk.geometry->center)), disk.inner),
+                 root = std::sqrt(radius / disk.inner);
+    return disk.temperature / (root * std::sqrt(root)) * redshift;
+}
+
+Float3 plain_color(const Paint& paint) {
+    return {static_cast<float>(paint.color[0]), static_cast<float>(paint.color[1]), static_cast<float>(paint.color[2])};
+}
+
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
-                    const Double3& ray_direction, double redshift, const Patch& patch) {
+                    const Double3& ray_direction, double redshift, const Patch& patch, const Float3* black_body) {
     const std::size_t face = object.paints.size() == 6 ? primitive / 2 : 0;
     Float3 color;
     if (object.temperature > 0) {
-        color = black_body_color(object, point, redshift);
+        color = black_body ? *black_body : black_body_color(object, point, redshift);
     } else {
         color = paint_color(object, object.paints[face], primitive, point, patch);
         if (object.geometry->shape == Shape::disk) multiply(color, redshift * redshift * (redshift * redshift));

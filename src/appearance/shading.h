@@ -27,6 +27,12 @@ struct ShadedObject {
 
 /// Returns true if the colour of a paint depends on the position: if it is a texture or a checker.
 bool has_pattern(const LoadedPaint& paint);
+/// Returns the temperature at which a disk appears that radiates as a black body, in kelvin. Its temperature is
+/// T ∝ r^(−3/4), which holds far from the inner edge of a disk that radiates the gravitational energy of its matter
+/// (Shakura and Sunyaev 1973). `redshift` is that of object_color.
+double observed_temperature(const ShadedObject& disk, const Double3& point, double redshift);
+/// Returns the colour of a paint without a pattern.
+Float3 plain_color(const Paint& paint);
 
 /// Returns the linear colour of a surface at `point`, relative to `space.center`. A pattern is averaged over the patch.
 /// `ray_direction` is a unit vector. With the shading `lambert`, the light comes from the camera, and the colour is
@@ -34,9 +40,11 @@ bool has_pattern(const LoadedPaint& paint);
 ///
 /// `redshift` is g, the observed frequency divided by the emitted frequency; only the colours of disks depend on it. If
 /// a disk emits light of intensity I(ν), the observed intensity is g³ I(ν/g) (Liouville's theorem). A black body then
-/// appears at g times its temperature, and a colour is g⁴ times as bright.
+/// appears at g times its temperature, and a colour is g⁴ times as bright. If `black_body` is not null, it is the
+/// colour of the black body, and `redshift` is not used for it.
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
-                    const Double3& ray_direction, double redshift, const Patch& patch);
+                    const Double3& ray_direction, double redshift, const Patch& patch,
+                    const Float3* black_body = nullptr);
 
 /// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the filter's
 /// footprint.

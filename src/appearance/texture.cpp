@@ -28,29 +28,6 @@ int texel_index(double index, int size, BeyondEdge edge) {
     return static_cast<int>(std::clamp(wrapped, 0.0, size - 1.0));
 }
 
-/// Indices of the two texels next to a position in a row or column, for linear interpolation.
-struct Neighbours {
-    int first, second;
-    float weight;  ///< Weight of the second texel.
-
-    Neighbours(double position, int size, BeyondEdge edge) {
-        if (position >= 0 && position < size - 1) {
-            first = static_cast<int>(position);
-            second = first + 1;
-            weight = static_cast<float>(position - first);
-        } else set_beyond_edge(position, size, edge);
-    }
-
-private:
-    /// Sets the members for a position that is not between two texels of the image, which is rare.
-    [[gnu::noinline]] void set_beyond_edge(double position, int size, BeyondEdge edge) {
-        const double below = floor_of(position);
-        first = texel_index(below, size, edge);
-        second = texel_index(below + 1, size, edge);
-        weight = static_cast<float>(position - below);
-    }
-};
-
 /// The square of a checker that contains a position, in coordinates in which squares have edges of length 1. All loops
 /// run over both axes, so that the compiler can vectorize them.
 struct Square {
@@ -133,33 +110,6 @@ double mean_wave(double middle, double width, const CheckerAxis& axis) {
 
 }  // namespace
 
-template <class Stored>
-Float3 texture_color(const Texels<Stored>& texels, double u, double v, Edges edges) {
-    // Texel centres are at half-integers, and rows are counted from the top.
-    const double x = u * texels.width - 0.5, y = (1 - v) * texels.height - 0.5;
-    const Neighbours columns(x, texels.width, edges.along_u), rows(y, texels.height, edges.along_v);
-    const float right = columns.weight, down = rows.weight;
-    const auto index = [&](int row, int column) {
-        return 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(texels.width) +
-                    static_cast<std::size_t>(column));
-    };
-    const std::size_t upper_left_at = index(rows.first, columns.first),
-                      upper_right_at = index(rows.first, columns.second),
-                      lower_left_at = index(rows.second, columns.first),
-                      lower_right_at = index(rows.second, columns.second);
-    const float lower_right = right * down, upper_right = right - lower_right, lower_left = down - lower_right,
-                upper_left = 1 - right - lower_left;
-    Float3 color;
-    for (std::size_t c = 0; c < 3; ++c)
-        color[c] = (upper_left * texels[upper_left_at + c] + upper_right * texels[upper_right_at + c]) +
-                   (lower_left * texels[lower_left_at + c] + lower_right * texels[lower_right_at + c]);
-    return color;
-}
-
-template Float3 texture_color(const Texels<float>&, double, double, Edges);
-template Float3 texture_color(const Texels<std::uint8_t>&, double, double, Edges);
-template Float3 texture_color(const Texels<std::uint16_t>&, double, double, Edges);
-
 Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patch, Edges edges) {
     // All lengths from here on are in squares.
     const std::array<double, 2> position{u * paint.checker[0], v * paint.checker[1]};
@@ -190,6 +140,13 @@ Float3 checker_color(const Paint& paint, double u, double v, const UvPatch& patc
     Float3 color{};
     for (std::size_t c = 0; c < 3; ++c) color[c] = static_cast<float>(brightness * paint.color[c]);
     return color;
+}
+
+void Neighbours::set_beyond_edge(double position, int size, BeyondEdge edge) {
+    const double below = floor_of(position);
+    first = texel_index(below, size, edge);
+    second = texel_index(below + 1, size, edge);
+    weight = static_cast<float>(position - below);
 }
 
 PrincipalAxes principal_axes(const Covariance& covariance) {

@@ -33,38 +33,47 @@ const LayerInfo& find_layer(const std::string& name) {
 // are used for computations.
 const std::vector<LayerInfo>& all_layers() {
     using Scale = LayerInfo::Scale;
+    using OfRays = LayerInfo::OfRays;
     static const std::vector<LayerInfo> layers{
         {"color", red_green_blue, Scale::colors, "linear RGB colour of the objects that the pixel's rays meet; mean"},
         {"status", number_channel, Scale::linear,
-         "status of the pixel's first ray: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed"},
+         "status of the pixel's first ray: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed", OfRays::first},
         {"steps", number_channel, Scale::linear, "number of integration steps; mean"},
         {"gradients", number_channel, Scale::linear, "number of evaluations of the derivatives of H; mean"},
         {"energy_error", number_channel, Scale::logarithmic,
-         "greatest |H - H0| / (|p . dH/dp| + |H0|) on the pixel's rays"},
+         "greatest |H - H0| / (|p . dH/dp| + |H0|) on the pixel's rays", OfRays::greatest},
         {"position_error", number_channel, Scale::logarithmic,
          "greatest estimated error of the ends of the pixel's rays, in pixels, from a comparison with half the step or "
-         "with another method; nan if the compared ray ends otherwise"},
+         "with another method; nan if the compared ray ends otherwise",
+         OfRays::greatest},
         {"rounding_error", number_channel, Scale::logarithmic,
          "greatest bound on the effect of rounding on the ends of the pixel's rays, in pixels: the sum of "
-         "|adjoint * ulp| by a reverse sweep along the ray"},
+         "|adjoint * ulp| by a reverse sweep along the ray",
+         OfRays::greatest},
         {"newton", number_channel, Scale::linear, "number of iterations of implicit solves; mean"},
         {"occupancy", number_channel, Scale::linear,
          "fraction of active lanes over the steps of the packet that traced the first ray; packets depend on "
-         "--schedule and --crop"},
+         "--schedule and --crop",
+         OfRays::first},
         {"depth", number_channel, Scale::linear,
-         "straight distance from the start of the first ray to its hit, in scene units; 0 without a hit"},
+         "straight distance from the start of the first ray to its hit, in scene units; 0 without a hit",
+         OfRays::first},
         {"redshift", number_channel, Scale::linear,
          "observed frequency over emitted frequency, if the first ray hits a disk, or if it escapes, with emission at "
-         "rest at infinity or in space.sky_frame; else 0"},
+         "rest at infinity or in space.sky_frame; else 0",
+         OfRays::first},
         {"footprint", number_channel, Scale::logarithmic,
          "longest axis of the ellipse of sky that the pixel covers, in radians (the edge of the pixel for straight "
-         "rays); 0 if its first ray does not escape, or is the only one in its 2x2 block that escapes"},
+         "rays); 0 if its first ray does not escape, or is the only one in its 2x2 block that escapes",
+         OfRays::first},
         {"magnification", number_channel, Scale::logarithmic,
          "solid angle of the pixel over the solid angle of the sky that it covers; 0 if its first ray does not escape "
          "or is the only one in its 2x2 block that escapes; 0 for an orthographic camera, whose pixels have no solid "
-         "angle"},
+         "angle",
+         OfRays::first},
         {"object", number_channel, Scale::linear,
-         "number of the object that the first ray hits, in the order of the scene file, from 1; 0 without a hit"},
+         "number of the object that the first ray hits, in the order of the scene file, from 1; 0 without a hit",
+         OfRays::first},
         {"action", number_channel, Scale::linear,
          "integral of p . dq from the camera to the end of the ray, in scene units: the optical path length in a "
          "medium; mean"},
@@ -75,8 +84,9 @@ const std::vector<LayerInfo>& all_layers() {
     return layers;
 }
 
-Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const CropWindow& window)
-    : width_(width), height_(height), window_(window) {
+Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const CropWindow& window,
+           const Tone& tone)
+    : width_(width), height_(height), window_(window), tone_(tone) {
     for (const std::string& name : layers) {
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
@@ -100,6 +110,12 @@ const float* Film::plane(const std::string& layer) const {
 
 float* Film::plane(const std::string& layer) {
     return const_cast<float*>(std::as_const(*this).plane(layer));
+}
+
+std::vector<float> Film::take_plane(const std::string& layer) {
+    std::size_t i = 0;
+    while (layers_.at(i)->name != layer) ++i;
+    return std::move(planes_[i]);
 }
 
 float* Film::pixel(const std::string& layer, std::uint32_t x, std::uint32_t y) {

@@ -1,6 +1,8 @@
 /// The picture in memory: one plane of floats per layer.
 #pragma once
 
+#include "film/tone.h"
+
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -11,11 +13,14 @@ namespace kagero {
 /// An output layer. A new layer requires one row of the table in film.cpp.
 struct LayerInfo {
     enum class Scale { colors, linear, logarithmic };
+    /// The value of a pixel with several rays: that of the first ray, or the mean or greatest value of all.
+    enum class OfRays { mean, first, greatest };
 
     std::string name;
     std::vector<std::string> channels;  ///< Names of the channels: "R", "G", "B", or "V".
     Scale scale;       ///< Scale of the false-colour map of the layer; a layer of colours has no map.
     const char* what;  ///< Description in one line.
+    OfRays of_rays = OfRays::mean;
 
     /// Returns true if the layer is stored as HALF in EXR files; other layers are stored as FLOAT.
     bool half() const { return scale == Scale::colors; }
@@ -34,10 +39,12 @@ class Film {
 public:
     /// Allocates the planes. Throws InputError if there is no layer with one of the names in `layers`.
     Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers,
-         const CropWindow& window = {});
+         const CropWindow& window = {}, const Tone& tone = {});
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
     const CropWindow& window() const { return window_; }
+    /// Returns the conversion of the colours for displays. It does not change the planes.
+    const Tone& tone() const { return tone_; }
     const std::vector<const LayerInfo*>& layers() const { return layers_; }
     /// Returns true if the layer was selected.
     bool has(const std::string& layer) const;
@@ -48,10 +55,13 @@ public:
     /// layer.
     float* plane(const std::string& layer);
     const float* plane(const std::string& layer) const;
+    /// Moves the floats of a layer, which the film must have, out of the film. Afterwards, the layer is empty.
+    std::vector<float> take_plane(const std::string& layer);
 
 private:
     std::uint32_t width_, height_;
     CropWindow window_;
+    Tone tone_;
     std::vector<const LayerInfo*> layers_;
     std::vector<std::vector<float>> planes_;
 };

@@ -1,7 +1,6 @@
 #include "film/png.h"
 
 #include "film/codec.h"
-#include "film/image.h"
 
 #include <algorithm>
 
@@ -19,10 +18,8 @@ std::vector<unsigned char> png_of(const std::vector<unsigned char>& bytes, int w
 
 }  // namespace
 
-std::vector<unsigned char> png_of_colors(const std::vector<float>& rgb, int width, int height) {
-    std::vector<unsigned char> bytes(rgb.size());
-    std::transform(rgb.begin(), rgb.end(), bytes.begin(), encode_srgb);
-    return png_of(bytes, width, height);
+std::vector<unsigned char> png_of_colors(const std::vector<float>& rgb, int width, int height, const Tone& tone) {
+    return png_of(display_bytes(rgb.data(), rgb.size(), tone), width, height);
 }
 
 std::vector<unsigned char> png_of_false_colors(const std::vector<float>& positions, int width, int height) {

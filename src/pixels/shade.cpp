@@ -13,43 +13,33 @@
 namespace kagero {
 namespace {
 
-/// Returns the filter for a ray that is the only one of its block of 2 × 2 pixels to escape to its sky, while others
-/// are captured or escape to the other sky. Such a ray has passed close to the photon sphere, where every pixel shows
-/// the whole sky many times. Its footprint is therefore large.
-[[gnu::noinline]] SkyFilter lone_ray_filter(const Paints& paints, const SkyView& view) {
-    constexpr double large = 0.5;  // radian
-    const auto [e1, e2] = axes_around(view.direction);
-    return paints.sky_filter(view.on_second_sheet, {scaled(e1, large), scaled(e2, large)});
-}
-
-Float3 sky_color(const Paints& paints, const SkyView& view, const SkyFilters& filters) {
-    const SkyFilter& fitted = view.on_second_sheet ? filters.second_sheet : filters.first_sheet;
-    const bool is_lone = filters.discontinuous && !(length(fitted.footprint.major) > 0);
-    return paints.sky_color(view.direction, view.on_second_sheet, is_lone ? lone_ray_filter(paints, view) : fitted);
-}
-
 double redshift_of(const Plan& plan, const PixelSample& ray) {
     return kagero::redshift_of(plan.scene->sources, plan.view.spacetime, ray);
 }
 
 /// Returns the colour of the light at the end of a ray. Captured rays are black, because no light arrives along them.
 /// Failed and unfinished rays are black too; the layer `status` distinguishes them.
-Float3 color_at_end(const Plan& plan, const PixelSample& ray, std::span<const SkyFilters> filters) {
+Float3 color_at_end(const Plan& plan, const PixelSample& ray) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
     switch (end.status) {
-        case Status::hit:
-            return plan.scene->paints->surface_color(end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, toward,
-                                                redshift_of(plan, ray), ray.patch);
-        case Status::escaped: return sky_color(*plan.scene->paints, ray.sky, filters[ray.group]);
+        case Status::hit: {
+            const Double3 point{end.q[0], end.q[1], end.q[2]};
+            const Paints& paints = *plan.scene->paints;
+            const bool is_black_body = paints.object(end.surface).temperature > 0;
+            return paints.surface_color(end.surface, end.primitive, point, toward,
+                                        is_black_body ? 1 : redshift_of(plan, ray), ray.patch,
+                                        is_black_body ? &ray.source_color : nullptr);
+        }
+        case Status::escaped: return ray.source_color;
         default:
             return {0, 0, 0};
     }
 }
 
 /// Returns the colour of a ray.
-Float3 color_of(const Plan& plan, const PixelSample& ray, std::span<const SkyFilters> filters) {
-    Float3 color = color_at_end(plan, ray, filters);
+Float3 color_of(const Plan& plan, const PixelSample& ray) {
+    Float3 color = color_at_end(plan, ray);
     if (!ray.path || ray.path->bounces == 0) return color;
     const Double3& weight = ray.path->weight;
     for (std::size_t k = 0; k < 3; ++k) color[k] = float(color[k] * weight[k]);
@@ -77,13 +67,13 @@ float mean(std::span<const PixelSample> rays, const Quantity& quantity) {
 
 void write_color(const Pixel& pixel, float* color) {
     if (pixel.rays.size() == 1) {
-        const Float3 c = color_of(pixel.plan, pixel.rays.front(), pixel.filters);
+        const Float3 c = color_of(pixel.plan, pixel.rays.front());
         std::copy(c.begin(), c.end(), color);
         return;
     }
     double sum[3] = {0, 0, 0};
     for (const PixelSample& ray : pixel.rays) {
-        const Float3 c = color_of(pixel.plan, ray, pixel.filters);
+        const Float3 c = color_of(pixel.plan, ray);
         for (std::size_t k = 0; k < 3; ++k) sum[k] += c[k];
     }
     for (int k = 0; k < 3; ++k) color[k] = float(sum[k] / double(pixel.rays.size()));
@@ -94,10 +84,8 @@ void write_color(const Pixel& pixel, float* color) {
 Footprint sky_footprint(const Pixel& pixel) {
     const PixelSample& ray = pixel.rays.front();
     if (ray.end->status != Status::escaped) return {};
-    const SkyFilters& filters = pixel.filters[ray.group];
-    const Footprint& f = ray.sky.on_second_sheet ? filters.second_sheet.footprint : filters.first_sheet.footprint;
-    const double enlargement = std::sqrt(double(pixel.rays.size()));  // `footprints` are those of one ray
-    return {scaled(f.major, enlargement), scaled(f.minor, enlargement)};
+    const double enlargement = std::sqrt(double(pixel.rays.size()));  // the footprint is that of one ray
+    return {scaled(ray.footprint.major, enlargement), scaled(ray.footprint.minor, enlargement)};
 }
 
 /// Returns the solid angle of a footprint, up to a constant factor.
@@ -202,10 +190,6 @@ unsigned needs_of(const Film& film) {
     for (const LayerInfo* layer : film.layers()) needs |= needs_of(layer->name);
     return needs;
 }
-
-SkyFilters::SkyFilters(const Paints& paints, const SkyFootprints& footprints)
-    : first_sheet(paints.sky_filter(false, footprints.first_sheet)),
-      second_sheet(paints.sky_filter(true, footprints.second_sheet)), discontinuous(footprints.discontinuous) {}
 
 Shader::Shader(Film& film) : width_(film.width()) {
     for (const LayerInfo* layer : film.layers())

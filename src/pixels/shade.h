@@ -12,13 +12,13 @@ namespace kagero {
 
 /// Data that layers need in addition to the ends of rays, as bits of a set.
 enum Need : unsigned {
-    need_start = 1,           ///< PixelSample::ray.
-    need_footprint = 2,       ///< Pixel::filters.
-    need_energy_error = 4,    ///< RayEnd::energy_error.
-    need_position_error = 8,  ///< EndError::position.
-    need_rounding_error = 16, ///< EndError::rounding.
-    need_action = 32,         ///< RayEnd::action.
-    need_time = 64            ///< RayEnd::time.
+    need_start = 1,            ///< PixelSample::ray.
+    need_footprint = 2,        ///< PixelSample::footprint.
+    need_energy_error = 4,     ///< RayEnd::energy_error.
+    need_position_error = 8,   ///< EndError::position.
+    need_rounding_error = 16,  ///< EndError::rounding.
+    need_action = 32,          ///< RayEnd::action.
+    need_time = 64             ///< RayEnd::time.
 };
 inline constexpr unsigned need_any_error = need_energy_error | need_position_error | need_rounding_error;
 
@@ -27,20 +27,10 @@ unsigned needs_of(const std::string& layer);
 /// Returns the data that all layers of a film need, as bits of Need.
 unsigned needs_of(const Film& film);
 
-/// Filters for the rays of a block of 2 × 2 pixels, on the sky of the space and on that of a second sheet.
-struct SkyFilters {
-    SkyFilter first_sheet, second_sheet;
-    bool discontinuous = false;  ///< SkyFootprints::discontinuous.
-
-    SkyFilters() = default;
-    SkyFilters(const Paints& paints, const SkyFootprints& footprints);
-};
-
 /// Data from which a pixel is computed.
 struct Pixel {
     const Plan& plan;
     std::span<const PixelSample> rays;  ///< At least one ray.
-    std::span<const SkyFilters> filters;  ///< Filters for the rays of the pixel's block, by PixelSample::group.
     std::uint32_t x, y;                 ///< Position on the whole picture, also if the film is a crop.
 };
 

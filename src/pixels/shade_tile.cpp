@@ -1,25 +1,36 @@
 #include "pixels/shade_tile.h"
 
+#include "appearance/packets/disk_lights.h"
+#include "appearance/packets/sky_lookup.h"
+#include "geometry/shapes.h"
 #include "kernels/assertion.h"
 #include "rays/sampler.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 
 namespace kagero {
 namespace {
 
+bool is_disk(const ObjectDescription& object) { return object.shape == Shape::disk; }
+bool has_disks(const Plan& plan) {
+    return std::any_of(plan.description().objects.begin(), plan.description().objects.end(), is_disk);
+}
+bool ends_on_disk(const Plan& plan, const RayEnd& end) {
+    return end.status == Status::hit && is_disk(plan.description().objects[end.surface]);
+}
+
 /// Data that shading needs in addition to the ends of rays. Members of PixelSample that are not needed are not set.
 struct RequiredData {
-    bool starts;      ///< True if PixelSample::ray is needed.
-    bool footprints;  ///< True if footprints on the sky are needed.
-    bool patches;     ///< True if PixelSample::patch is needed.
+    bool starts;            ///< True if PixelSample::ray is needed for all rays.
+    bool disk_starts;       ///< True if PixelSample::ray is needed for rays that end on disks.
+    bool footprints;        ///< True if footprints on the sky are needed.
+    bool footprint_layers;  ///< True if PixelSample::footprint is needed.
+    bool patches;           ///< True if PixelSample::patch is needed.
 
     RequiredData(const Plan& plan, const Film& film)
-        : starts(needs_of(film) & need_start), footprints(needs_footprints(plan, film)),
-          patches(plan.scene->paints->surfaces_have_patterns()) {
-        for (const ObjectDescription& object : plan.description().objects)
-            starts = starts || object.shape == Shape::disk;
-    }
+        : starts(needs_of(film) & need_start), disk_starts(has_disks(plan)), footprints(needs_footprints(plan, film)),
+          footprint_layers(needs_of(film) & need_footprint), patches(plan.scene->paints->surfaces_have_patterns()) {}
 };
 
 /// Rays of a tile, with their ends and error estimates.
@@ -54,7 +65,7 @@ void collect_samples(const TracedTile& traced, const RequiredData& required, std
             }
         }
         if (!errors.empty()) ray.error = &errors[i];
-        if (required.starts) {
+        if (required.starts || (required.disk_starts && ends_on_disk(plan, *ray.end))) {
             const bool listed = !list.starts.empty();
             block.starts.push_back(listed ? CameraRay{list.starts[i], list.frequencies[i]}
                                           : camera_ray(plan, x + double(k / spp) + 0.5, y + 0.5));
@@ -80,6 +91,70 @@ Tile intersection(const Tile& a, const Tile& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
+/// Returns the footprint for a ray that is the only one of its block to escape to its sky, while others are captured or
+/// escape to the other sky. Such a ray has passed close to the photon sphere, where every pixel shows the whole sky
+/// many times. Its footprint is therefore large.
+Footprint lone_ray_footprint(const SkyView& view) {
+    constexpr double large = 0.5;  // radian
+    const auto [e1, e2] = axes_around(view.direction);
+    return {scaled(e1, large), scaled(e2, large)};
+}
+
+/// Adds the escaped rays of a block without a common sky to those whose skies are looked up. `groups` is the number of
+/// groups of its rays.
+void add_to_skies(const RequiredData& required, std::uint32_t spp, std::uint32_t groups, PixelBlock& block,
+                  SkyLookup& skies) {
+    for (std::uint32_t group = 0; group < groups; ++group) {
+        const SkyFootprints found = required.footprints ? footprints_of(block, spp, group) : SkyFootprints{};
+        for (PixelSample& ray : block.rays) {
+            if (ray.end->status != Status::escaped || ray.group != group) continue;
+            ray.footprint = ray.sky.on_second_sheet ? found.second_sheet : found.first_sheet;
+            const bool is_lone = found.discontinuous && !(length(ray.footprint.major) > 0);
+            skies.add(ray, is_lone ? lone_ray_footprint(ray.sky) : ray.footprint);
+        }
+    }
+}
+
+/// Adds those rays of a block that end on disks with a temperature.
+void add_to_disks(const Paints& paints, PixelBlock& block, DiskLights& disks) {
+    for (PixelSample& ray : block.rays)
+        if (ray.end->status == Status::hit && paints.object(ray.end->surface).temperature > 0) disks.add(ray);
+}
+
+/// Fills a block with the rays of its pixels, finds their patches, and adds the rays to `skies` and `disks`.
+void prepare_block(const TracedTile& traced, const RequiredData& required, const Tile& pixels, PixelBlock& block,
+                   SkyLookup& skies, DiskLights& disks) {
+    const FilmDescription& film = traced.plan.description().film;
+    const SceneGeometry& geometry = *traced.plan.scene->geometry;
+    const std::uint32_t spp = film.spp;
+    const std::size_t rays_per_row = std::size_t{pixels.x1 - pixels.x0} * spp;
+    block.pixels = pixels;
+    block.rays.resize(rays_per_row * (pixels.y1 - pixels.y0));
+    block.starts.clear();
+    block.starts.reserve(4 * std::size_t(spp));
+    for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
+        collect_samples(traced, required, pixels.x0, y, block,
+                        {block.rays.data() + (y - pixels.y0) * rays_per_row, rays_per_row});
+    const std::uint32_t groups = group_by_path(block);
+    if (have_common_sky(block, spp)) return skies.add_block(std::span(block.rays).first<4>());
+    const bool needs_patches = required.patches && !find_common_patch(geometry, block, spp);
+    if (needs_patches || required.footprints) list_film_positions(film, pixels, block);
+    if (needs_patches) find_patches(geometry, block, spp);
+    add_to_skies(required, spp, groups, block, skies);
+    if (required.disk_starts) add_to_disks(*traced.plan.scene->paints, block, disks);
+}
+
+/// Computes the layers of those pixels of a block that lie in the rectangle `shown`.
+void shade_block(const Plan& plan, const PixelBlock& block, const Tile& shown, const Shader& shader) {
+    const std::uint32_t spp = plan.description().film.spp;
+    const Tile &pixels = block.pixels, shaded = intersection(pixels, shown);
+    for (std::uint32_t y = shaded.y0; y < shaded.y1; ++y)
+        for (std::uint32_t x = shaded.x0; x < shaded.x1; ++x) {
+            const std::size_t first = (std::size_t{y - pixels.y0} * (pixels.x1 - pixels.x0) + (x - pixels.x0)) * spp;
+            shader.shade({plan, {block.rays.data() + first, spp}, x, y}, x - shown.x0, y - shown.y0);
+        }
+}
+
 }  // namespace
 
 bool needs_footprints(const Plan& plan, const Film& film) {
@@ -93,33 +168,16 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Tra
     const RequiredData required(plan, film);
     const Shader shader(film);
     const TracedTile traced{plan, tile, rays, errors, plan.scene->sources.skies, plan.scene->sources.skies.is_plain()};
-    const std::uint32_t spp = plan.description().film.spp;
-    PixelBlock block;
-    std::vector<SkyFilters> filters;
-    block.starts.reserve(4 * std::size_t(spp));
-    for (std::uint32_t block_y = tile.y0 & ~1u; block_y < tile.y1; block_y += 2)
-        for (std::uint32_t block_x = tile.x0 & ~1u; block_x < tile.x1; block_x += 2) {
-            const Tile pixels = intersection({block_x, block_y, block_x + 2, block_y + 2}, tile);
-            const Tile shaded = intersection(pixels, shown);
-            const std::size_t rays_per_row = std::size_t{pixels.x1 - pixels.x0} * spp;
-            block.rays.resize(rays_per_row * (pixels.y1 - pixels.y0));
-            block.starts.clear();
-            const auto rays_from = [&](std::uint32_t x, std::uint32_t y) {
-                return block.rays.data() + (y - pixels.y0) * rays_per_row + (x - pixels.x0) * spp;
-            };
-            for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
-                collect_samples(traced, required, pixels.x0, y, block, {rays_from(pixels.x0, y), rays_per_row});
-            const std::uint32_t groups = group_by_path(block);
-            const bool needs_patches = required.patches && !find_common_patch(*plan.scene->geometry, block, spp);
-            if (needs_patches || required.footprints) list_film_positions(plan.description().film, pixels, block);
-            if (needs_patches) find_patches(*plan.scene->geometry, block, spp);
-            filters.resize(groups);
-            for (std::uint32_t group = 0; required.footprints && group < groups; ++group)
-                filters[group] = {*plan.scene->paints, footprints_of(block, spp, group)};
-            for (std::uint32_t y = shaded.y0; y < shaded.y1; ++y)
-                for (std::uint32_t x = shaded.x0; x < shaded.x1; ++x)
-                    shader.shade({plan, {rays_from(x, y), spp}, filters, x, y}, x - shown.x0, y - shown.y0);
-        }
+    SkyLookup skies(plan.module(), *plan.scene->paints, required.footprint_layers);
+    DiskLights disks(plan.module(), *plan.scene->paints, plan.scene->sources, plan.view.spacetime);
+    std::vector<PixelBlock> row((tile.x1 + 1) / 2 - tile.x0 / 2);
+    for (std::uint32_t y = tile.y0 & ~1u; y < tile.y1; y += 2) {
+        for (std::uint32_t i = 0, x = tile.x0 & ~1u; x < tile.x1; ++i, x += 2)
+            prepare_block(traced, required, intersection({x, y, x + 2, y + 2}, tile), row[i], skies, disks);
+        skies.finish();
+        disks.finish();
+        for (const PixelBlock& block : row) shade_block(plan, block, shown, shader);
+    }
 }
 
 }  // namespace kagero

@@ -62,7 +62,7 @@ ErrorMap error_map(const Plan& plan, std::uint32_t width, const Variant& referen
     const Plan small = small_plan(plan, width, 1);
     Film film(small.description().film.width, small.description().film.height, {"color", "position_error"});
     if (render_with_errors(small, film, {.stop = stop}).interrupted) return {};
-    ErrorMap map{film.width(), film.height(), {}, {}, {}};
+    ErrorMap map{film.width(), film.height(), {}, small.description().film.tone, {}, {}};
     const std::size_t pixels = std::size_t(map.width) * map.height;
     map.color.assign(film.plane("color"), film.plane("color") + 3 * pixels);
     map.estimate.assign(film.plane("position_error"), film.plane("position_error") + pixels);

@@ -25,6 +25,7 @@ struct PictureError {
 struct ErrorMap {
     std::uint32_t width = 0, height = 0;
     std::vector<float> color;     ///< Linear RGB.
+    Tone tone{};                  ///< Conversion of `color` for displays.
     std::vector<float> estimate;  ///< Estimated error, the layer `position_error`, in pixels.
     std::vector<float> truth;     ///< Distance to the reference ray end, in pixels.
 };

@@ -2,9 +2,12 @@
 // outside the gamut of sRGB.
 #include "appearance/blackbody.h"
 
+#include "modules/modules.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 namespace kagero::test {
 namespace {
@@ -66,4 +69,26 @@ TEST(Blackbody, IsProportionalToTemperatureInTheRayleighJeansLimit) {
 }
 
 }  // namespace
+// The colours that the kernel module integrates for many temperatures are those for a single temperature, and do not
+// depend on the others.
+TEST(BlackBodies, HaveTheColorsOfSingleOnes) {
+    for (const IsaInfo& isa : find_isas()) {
+        if (!isa.supported) continue;
+        const Module& module = load_module(isa.name);
+        std::vector<double> kelvin{0, -5, std::nan(""), 20, 300, 1e9};
+        for (double k = 900; kelvin.size() < 63; k *= 1.1) kelvin.push_back(k);
+        std::vector<std::array<double, 3>> rgb(kelvin.size());
+        blackbody_colors(module, kelvin, rgb.data());
+        for (std::size_t i = 0; i < kelvin.size(); ++i) {
+            const auto expected = kelvin[i] > 0 ? blackbody_color(kelvin[i]) : std::array<double, 3>{};
+            std::array<double, 3> alone;
+            blackbody_colors(module, std::span(&kelvin[i], 1), &alone);
+            for (std::size_t c = 0; c < 3; ++c) {
+                EXPECT_NEAR(rgb[i][c], expected[c], 1e-9 * expected[c]) << kelvin[i];
+                EXPECT_EQ(rgb[i][c], alone[c]) << kelvin[i];
+            }
+        }
+    }
+}
+
 }  // namespace kagero::test

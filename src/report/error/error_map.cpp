@@ -114,7 +114,7 @@ std::string error_map_svg(const ErrorMap& map) {
         const double x = i * (width + panel_gap);
         svg += text_element(x, 14, "axis", heading) + image(x, heading_height, width, height, png, heading);
     };
-    panel(0, "the picture", png_of_colors(map.color, w, h));
+    panel(0, "the picture", png_of_colors(map.color, w, h, map.tone));
     panel(1, "estimated error, pixels", colored(map, map.estimate, decades));
     panel(2, "true error, pixels", colored(map, map.truth, decades));
     return svg + scale(decades, heading_height, height) + "</svg>\n";

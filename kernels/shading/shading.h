@@ -1,0 +1,14 @@
+/// The functions of the module for shading.
+#pragma once
+
+#include "kernels/shading.h"
+
+namespace kagero {
+
+void sky_footprints(const SkyBlocks* blocks);
+void sky_points(const SkyPoints* points);
+void planck_sums(const PlanckSums* planck);
+
+inline constexpr ShadingFunctions shading_functions{sky_footprints, sky_points, planck_sums};
+
+}  // namespace kagero

@@ -5,7 +5,9 @@
 /// Coordinates are those of the Hamiltonian: scene coordinates minus `space.center`.
 #pragma once
 
+#include "kernels/parameter_set.h"
 #include "kernels/ray_status.h"
+#include "kernels/shading.h"
 #include "kernels/surfaces.h"
 #include "kernels/unit.h"
 
@@ -13,7 +15,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 36;
+inline constexpr std::uint32_t abi_version = 38;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -58,11 +60,6 @@ struct HamiltonianInfo {
     bool cyclic[3] = {};            ///< For x, y, z: true if the integrated Hamiltonian does not depend on it.
     const char* orbit_method = nullptr;  ///< Default integrator in the orbit plane; null: there is no orbit plane.
     double orbit_step = 0;               ///< Default step of that integrator, in radians.
-};
-
-/// The black hole at the origin of a space: mass GM/c² and spin a = J/(Mc) along +z, both lengths. Mass 0: no hole.
-struct Hole {
-    double mass = 0, spin = 0;
 };
 
 /// The class of numerical methods that an integrator belongs to.
@@ -225,6 +222,9 @@ struct Job {
     const CameraRays* camera;  ///< Null: the rays are those of `rays`.
     bool scanlines;            ///< Packets of camera rays are runs of one row, as in the paper, not blocks of pixels.
     const RayStart* rays;      ///< Null: the rays are those of `camera`.
+    const ParameterSet* sets;  ///< For Module::sweep_kernel: ray i has the parameters of set i % set_count.
+    std::uint32_t set_count;
+    const ParameterSet* const* lane_sets;  ///< The sets of the lanes of one packet; null: all rays share this job's.
     bool refill;               ///< New rays are loaded into lanes whose ray has terminated.
     void (*path_sink)(void* user, const PathPoint*);  ///< Null: paths are not reported.
     void* path_user;
@@ -283,6 +283,7 @@ struct Module {
     std::uint32_t integrator_count;
     const KernelInfo* kernels;
     std::uint32_t kernel_count;
+    KernelInfo sweep_kernel;  ///< Traces lists of rays with different parameters (Job::sets); not one of `kernels`.
 
     /// Returns null if the integrator supports the Hamiltonian, rescaled or not, else the reason.
     const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled);
@@ -312,6 +313,7 @@ struct Module {
     /// below the speed of light; 1 in an index medium.
     double (*frequency)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double p[3],
                         double pt, const double v[3]);
+    ShadingFunctions shading;
     /// Converts the start of a ray from outgoing to ingoing coordinates; the position must be outside the horizon.
     void (*to_ingoing)(const Hole*, RayStart*);
     /// Converts the kernel's state of a ray in ingoing coordinates to the coordinates of the scene.

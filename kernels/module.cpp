@@ -6,6 +6,8 @@
 #include "kernels/observers/observers.h"
 #include "kernels/adjoint/paths.h"
 #include "kernels/interaction/continuations.h"
+#include "kernels/lane_parameters/lane_kernels.h"
+#include "kernels/shading/shading.h"
 #include "kernels/trace/trace_entry.h"
 #include "all_hamiltonians.inc"
 
@@ -164,8 +166,7 @@ void copy(const double* from, double (&to)[n]) {
 double throat_radius(std::uint32_t hamiltonian, const double* parameters) {
     if (hamiltonian == formula_index) return 0;
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> double {
-        if constexpr (TwoSheeted<H>)
-            return H::throat_radius(make_parameters<H>(parameters));
+        if constexpr (TwoSheeted<H>) return H::throat_radius(make_parameters<H>(parameters));
         else return 0;
     });
 }
@@ -191,10 +192,9 @@ Hole hole(std::uint32_t hamiltonian, const double* parameters) {
 
 /// Negates the momenta of a map.
 void negate_momenta(StartMap& map) {
-    for (int i = 0; i < 4; ++i) {
-        map.offset[i] = -map.offset[i];
-        for (double& entry : map.matrix[i]) entry = -entry;
-    }
+    for (double& entry : map.offset) entry = -entry;
+    for (auto& row : map.matrix)
+        for (double& entry : row) entry = -entry;
 }
 
 /// Computes the map from directions to momenta for a `static` or `coordinate` observer in the spacetime of a formula.
@@ -307,12 +307,11 @@ const Module module{
     .abi = abi_version,
     .isa = KAGERO_ISA,
     .compiler = "" __VERSION__,
-    .hamiltonians = hamiltonian_infos,
-    .hamiltonian_count = std::size(hamiltonian_infos),
-    .integrators = integrator_infos.data(),
-    .integrator_count = integrator_infos.size(),
+    .hamiltonians = hamiltonian_infos, .hamiltonian_count = std::size(hamiltonian_infos),
+    .integrators = integrator_infos.data(), .integrator_count = integrator_infos.size(),
     .kernels = kernels.list,
     .kernel_count = kernels.count,
+    .sweep_kernel = sweep_kernel_info(),
     .refusal = refusal,
     .straight = is_straight,
     .throat_radius = throat_radius,
@@ -323,6 +322,7 @@ const Module module{
     .continue_rays = continue_rays,
     .time_tilts = time_tilts,
     .frequency = frequency,
+    .shading = shading_functions,
     .to_ingoing = to_ingoing,
     .to_scene = to_scene,
     .momentum_in_ingoing_form = momentum_in_ingoing_form,

@@ -34,7 +34,8 @@ constexpr const char* not_compiled = "this kernel is compiled only for these spa
 
 template <class Vectorization>
 void trace_compared(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    trace_with(*find_kernel<Vectorization>(job->hamiltonian, job->rescaled), *job, *tile, ends, *counters);
+    trace_with(*find_kernel<Vectorization>(job->hamiltonian, job->rescaled),
+               is_straight(job->hamiltonian, job->parameters), *job, *tile, ends, *counters);
 }
 
 template <class Vectorization>

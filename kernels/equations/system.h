@@ -2,7 +2,8 @@
 /// that are extracted from the tape of H.
 ///
 /// `System<H, Rescaled, S>` contains the parameters of a Hamiltonian as numbers of type S. It evaluates the programs of
-/// K on any value type with lanes of type S. K is H − H0, or Ω(q)·(H − H0) if `Rescaled` is true. On H = H0 the
+/// K on any value type with lanes of type S. If S is a packet, each lane has its own parameters, and the programs are
+/// evaluated on this packet type. K is H − H0, or Ω(q)·(H − H0) if `Rescaled` is true. On H = H0 the
 /// rescaled K has the same rays with another parameter τ, where dλ = Ω dτ (Poincaré's time transformation; Hairer,
 /// Lubich & Wanner 2006, §VIII.2). Without rescaling, τ = λ.
 #pragma once
@@ -12,6 +13,7 @@
 #include "kernels/autodiff/operations.h"
 #include "kernels/equations/recording.h"
 #include "kernels/equations/state.h"
+#include "kernels/equations/uniforms.h"
 
 namespace kagero {
 
@@ -54,22 +56,6 @@ constexpr bool is_separable(const Force& force, const Velocity& velocity) {
     for (int k = 0; k < space_size; ++k) is_momentum = is_momentum && velocity.returns_input(k, momentum(k));
     return is_momentum && !force.uses_any_input(component_px, component_pt);
 }
-
-/// The values of the uniform nodes of a program, rounded to S from double or a more precise type.
-template <const auto& P, class S>
-struct Uniforms {
-    S values[P.uniforms + 1];
-    explicit Uniforms(const double* parameters) {
-        using Wide = decltype(S() + 1.0);
-        Wide wide[P.uniforms + 1] = {}, k[parameter_capacity] = {};
-        for (int i = 0; i < P.parameter_count(); ++i) k[i] = Wide(parameters[i]);
-        fill_uniforms(P.nodes, P.slot, P.size, k, wide);
-        for (int i = 0; i < P.uniforms; ++i) values[i] = S(wide[i]);
-    }
-
-private:
-    static constexpr int parameter_capacity = P.parameter_count() + 1;
-};
 
 /// Returns the number of carried quantities of a system. A system that carries more than λ declares
 ///
@@ -178,7 +164,7 @@ struct PartSystems {
     RightHandSides<Part<H, true>, false, S> b;
     explicit PartSystems(const double* parameters) : a(parameters), b(parameters) {}
 };
-/// Replaces `PartSystems` if H declares no parts, or with time rescaling.
+/// Replaces `PartSystems` where there are no parts.
 struct NoParts {
     explicit NoParts(const double*) {}
 };
@@ -221,7 +207,7 @@ private:
     }
     Uniforms<energy_residual_program<OrbitPlane<H>>, S> potential_uniforms_;
 };
-/// Replaces `OrbitSystem` if H declares no orbit potential, or with time rescaling.
+/// Replaces `OrbitSystem` where there is no orbit potential.
 struct NoOrbit {
     explicit NoOrbit(const double*) {}
 };
@@ -323,18 +309,21 @@ private:
     struct ParameterValues {
         S k[H::parameters.size() + 1] = {};
         explicit ParameterValues(const double* parameters) {
-            for (std::size_t i = 0; i < H::parameters.size(); ++i) k[i] = S(parameters[i]);
+            for (int i = 0; i < int(H::parameters.size()); ++i) k[i] = parameter_of<S>(parameters, i);
         }
     };
+    /// True if each lane has its own parameters. The steppers that use parts or the orbit plane do not support this.
+    static constexpr bool is_packet = lane_count<S> > 1;
     /// `parts` and `orbit_plane` return the types of parts_ and orbit_, wrapped in std::type_identity.
     template <class Self>
     static constexpr auto parts() {
-        if constexpr (Parted<Self> && !Rescaled) return std::type_identity<PartSystems<Self, S>>{};
+        if constexpr (Parted<Self> && !Rescaled && !is_packet) return std::type_identity<PartSystems<Self, S>>{};
         else return std::type_identity<NoParts>{};
     }
     template <class Self>
     static constexpr auto orbit_plane() {
-        if constexpr (HasOrbitPlane<Self> && !Rescaled) return std::type_identity<OrbitSystem<Self, S>>{};
+        if constexpr (HasOrbitPlane<Self> && !Rescaled && !is_packet)
+            return std::type_identity<OrbitSystem<Self, S>>{};
         else return std::type_identity<NoOrbit>{};
     }
 

@@ -26,9 +26,10 @@ charts::State chart_state(const RayState<V>& from, int lane) {
 }
 /// Changes the states of `lanes` from the chart of the kernel in which they are to the other chart.
 template <class V>
-void change_chart(const Hole& hole, RayState<V>& states, std::uint64_t lanes, bool are_ingoing) {
+void change_chart(const Job& job, RayState<V>& states, std::uint64_t lanes, bool are_ingoing) {
     using S = ScalarOf<V>;
     for (const int i : lanes_in(lanes)) {
+        const Hole& hole = hole_of(job, i);
         charts::State state = chart_state(states, i);
         are_ingoing ? charts::to_scene(hole, state) : charts::to_ingoing(hole, state);
         for (int k = 0; k < space_size; ++k) {
@@ -78,7 +79,7 @@ struct ChartSphere {
     }
     template <class V>
     static void resume(const Task<V>& task, RayState<V>& at, std::uint64_t lanes) {
-        change_chart(task.job.hole, at, lanes, true);
+        change_chart(task.job, at, lanes, true);
     }
 };
 
@@ -89,11 +90,11 @@ std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std
     const RayState<V>& start = step.start;
     const Vec3<V> q = start.q();
     std::uint64_t wrong = active & to_bits(dot(q, q) < ChartSphere::squared_radius(task));
-    const Hole& hole = task.job.hole;
-    const double a2 = hole.spin * hole.spin;
     for (const int i : lanes_in(wrong)) {
+        const Hole& hole = hole_of(task.job, i);
         const charts::State state = chart_state(start, i);
-        const double r = charts::radius(hole, state.q), horizon = charts::horizon_radius(hole);
+        const double a2 = hole.spin * hole.spin, r = charts::radius(hole, state.q),
+                     horizon = charts::horizon_radius(hole);
         // dr/dλ has the sign of r² q·v + a² z v_z.
         const double *x = state.q, *v = state.v,
                      radial = r * r * (x[0] * v[0] + x[1] * v[1] + x[2] * v[2]) + a2 * x[2] * v[2];

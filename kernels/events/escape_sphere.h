@@ -17,12 +17,12 @@ struct SphereEvent {
         return !inner || task.job.inner_escape_radius > 0;
     }
     template <class V>
-    KAGERO_INLINE static ScalarOf<V> radius(const Task<V>& task) {
-        return ScalarOf<V>(inner ? task.job.inner_escape_radius : task.job.escape_radius);
+    KAGERO_INLINE static const V& radius(const Task<V>& task) {
+        return inner ? task.inner_escape_radius : task.escape_radius;
     }
     template <class V>
     KAGERO_INLINE static V squared_radius(const Task<V>& task) {
-        return V(radius(task) * radius(task));
+        return radius(task) * radius(task);
     }
     /// Returns the lanes whose position lies on the sphere or beyond it.
     template <class V>
@@ -66,7 +66,7 @@ struct SphereEvent {
 
     template <class V>
     static LevelSet<V> level_set(const Task<V>& task) {
-        return sphere_level_set(V(radius(task)));
+        return sphere_level_set(radius(task));
     }
     /// Returns the lanes whose velocity at the refined event points inward. There, the ray enters the sphere again; it
     /// has left the sphere earlier.

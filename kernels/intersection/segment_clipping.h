@@ -15,12 +15,11 @@ inline constexpr float clip_size = 8;
 
 /// For segments that begin outside the escape sphere, moves the start of the query to their entry into the sphere.
 template <class V, int W = lane_count<V>>
-void skip_outside_escape_sphere(const Job& job, const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) {
+void skip_outside_escape_sphere(const V& radius, const Vec3<V>& a, const Vec3<V>& b, Segments<W>& segments) {
     using S = ScalarOf<V>;
-    const S radius = S(job.escape_radius);
-    const MaskOf<V> beyond = dot(a, a) > V(radius * radius);
+    const MaskOf<V> beyond = dot(a, a) > radius * radius;
     if (!any(beyond)) return;
-    const V entry = chord_fraction(sphere_level_set(V(radius)), a, b, V(S(0)));
+    const V entry = chord_fraction(sphere_level_set(radius), a, b, V(S(0)));
     float entries[W];
     to_floats(select(beyond & (entry > V(S(0))) & (entry < V(S(1))), entry, V(S(0))), entries);
     for (int i = 0; i < W; ++i) segments.near[i] = std::max(segments.near[i], entries[i]);

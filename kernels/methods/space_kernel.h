@@ -9,9 +9,9 @@
 
 namespace kagero {
 
-/// Storage that is large enough for any System<H, …>.
+/// Storage that is large enough for any System<H, …>. Packets of parameters take up to 16 times as much as numbers.
 struct alignas(64) SystemStorage {
-    unsigned char bytes[1 << 14];
+    unsigned char bytes[1 << 17];
 };
 
 namespace detail {

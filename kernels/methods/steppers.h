@@ -50,7 +50,7 @@ __attribute__((noinline)) void evaluate_event_functions(const System& system, St
     step.energy_is_conserved = (values.energy_residual * values.energy_residual <=
                                 V(max_energy_error<S> * max_energy_error<S>) * terms) & finite;
     if (step.options.compute_energy_error) step.energy_error = abs(values.energy_residual) / values.energy_scale;
-    if (step.options.compute_energy) step.energy = system.unscaled_energy_residual(at) + V(S(system.level()));
+    if (step.options.compute_energy) step.energy = system.unscaled_energy_residual(at) + V(system.level());
 }
 
 /// Evaluates the event functions at the end of a step.

@@ -10,6 +10,9 @@
 
 namespace kagero {
 
+/// Returns the black hole of the ray in a lane.
+inline const Hole& hole_of(const Job& job, int lane) { return job.lane_sets ? job.lane_sets[lane]->hole : job.hole; }
+
 /// Data that all packets of a kernel call share.
 template <class V>
 struct Task {
@@ -23,6 +26,7 @@ struct Task {
     /// Returns the dense output of the method; nullptr if dense output is the cubic Hermite curve.
     Curve<V> (*method_curve)(const StepperState<V>&, const Coefficients&);
     SystemStorage system;
+    V escape_radius, inner_escape_radius;  ///< see Job
     ClearBox<V> camera_clear_box;  ///< clear box around the camera
 
     Task(const Job& j, const SpaceKernel<V>& k, bool is_straight)
@@ -32,7 +36,9 @@ struct Task {
               return requires { Stepper::steps_without_begin; };
           })),
           corrects_by_kutta(!straight && !method.info.angular && k.step[static_cast<int>(StepperKind::runge_kutta)]),
-          kernel(k), method_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]) {
+          kernel(k), method_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]),
+          escape_radius(limit_of(&Job::escape_radius, &ParameterSet::escape_radius)),
+          inner_escape_radius(limit_of(&Job::inner_escape_radius, &ParameterSet::inner_escape_radius)) {
         kernel.construct(system, job.parameters);
         if (job.camera && job.geometry && job.geometry->clearance) {
             const auto* q = job.camera->start.position;
@@ -84,6 +90,13 @@ struct Task {
     }
 
 private:
+    /// Returns a member of the job, or of the parameter sets of the lanes.
+    V limit_of(double Job::*shared, double ParameterSet::*own) const {
+        if (!job.lane_sets) return V(ScalarOf<V>(job.*shared));
+        alignas(64) double numbers[lane_count<V>];
+        for (int i = 0; i < lane_count<V>; ++i) numbers[i] = job.lane_sets[i]->*own;
+        return lanes_of<V>(numbers);
+    }
     template <class Copy>
     KAGERO_INLINE void copy_end_to_start(Step<V>& step, const Copy& copy) const {
         RayState<V>& to = step.start;

@@ -18,8 +18,8 @@ std::uint64_t correct_charts(const Task<V>& task, Packet<V>& packet, RayLoader<V
     RayState<V> start = state.start;
     recorder.change_chart(start, wrong & state.ingoing, true, true);
     recorder.change_chart(start, wrong & ~state.ingoing, false, false);
-    change_chart(task.job.hole, start, wrong & state.ingoing, true);
-    change_chart(task.job.hole, start, wrong & ~state.ingoing, false);
+    change_chart(task.job, start, wrong & state.ingoing, true);
+    change_chart(task.job, start, wrong & ~state.ingoing, false);
     state.ingoing ^= wrong;
     packet.iterations_of_ray = select(from_bits<V>(wrong), state.lane_iterations, packet.iterations_of_ray);
     loader.resume(start, state, wrong);

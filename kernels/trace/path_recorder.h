@@ -28,11 +28,10 @@ public:
         if (integrals.requested) packet_.integrals.clear(from_bits<V>(lanes));
         if (reports_)
             for (const int i : lanes_in(lanes)) next_[i] = 1;
-        const Hole& hole = task_.job.hole;
         const std::uint64_t ingoing = lanes & packet_.state.ingoing;
         packet_.from_inside &= ~lanes;
         for (const int i : lanes_in(ingoing))
-            if (charts::is_inside(hole, chart_state(packet_.state.start, i).q))
+            if (charts::is_inside(hole_of(task_.job, i), chart_state(packet_.state.start, i).q))
                 packet_.from_inside |= std::uint64_t(1) << i;
         change_chart(packet_.state.start, ingoing & ~packet_.from_inside, false, true);
     }
@@ -59,8 +58,8 @@ public:
     /// Converts the integrals of `lanes` to the other chart, at the states at which the rays change their chart.
     void change_chart(const RayState<V>& states, std::uint64_t lanes, bool from_ingoing, bool states_are_ingoing) {
         if (!integrals.requested) return;
-        const Hole& hole = task_.job.hole;
         for (const int i : lanes_in(lanes)) {
+            const Hole& hole = hole_of(task_.job, i);
             const charts::State state = chart_state(states, i);
             const double r = charts::radius(hole, state.q), pt = states_are_ingoing ? -state.pt : state.pt;
             double action = packet_.integrals.of_lane(0, i), time = packet_.integrals.of_lane(1, i);

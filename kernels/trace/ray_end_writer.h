@@ -170,15 +170,15 @@ private:
     /// Converts a ray end or a point of a path from the kernel's ingoing coordinates to the coordinates of the scene.
     template <class Point>
     void to_scene_chart(Point& point, int lane) const {
+        const Hole& hole = hole_of(job_, lane);
         charts::State state;
         std::copy_n(point.q, space_size, state.q);
         std::copy_n(point.p, space_size, state.p);
         std::copy_n(point.v, space_size, state.v);
         state.pt = point.pt;
         if ((job_.outputs & output_integrals) && !((packet_.from_inside >> lane) & 1))
-            charts::integrals_to_outgoing(job_.hole, charts::radius(job_.hole, state.q), -state.pt, point.action,
-                                          point.time);
-        charts::to_scene(job_.hole, state);
+            charts::integrals_to_outgoing(hole, charts::radius(hole, state.q), -state.pt, point.action, point.time);
+        charts::to_scene(hole, state);
         std::copy_n(state.q, space_size, point.q);
         std::copy_n(state.p, space_size, point.p);
         std::copy_n(state.v, space_size, point.v);
@@ -189,8 +189,8 @@ private:
     template <class Point>
     void keep_ingoing_integrals(Point& point, int lane) const {
         if ((packet_.state.ingoing >> lane) & 1) return;
-        const double r = charts::radius(job_.hole, point.q);
-        charts::integrals_to_ingoing(job_.hole, r, point.pt, point.action, point.time);
+        const Hole& hole = hole_of(job_, lane);
+        charts::integrals_to_ingoing(hole, charts::radius(hole, point.q), point.pt, point.action, point.time);
     }
     /// Writes the integrals along the rays of `lanes`.
     __attribute__((noinline)) void write_integrals(std::uint64_t lanes) {

@@ -17,7 +17,7 @@ template <class V>
 KAGERO_INLINE V straight_exit_length(const Task<V>& task, const RayState<V>& start) {
     using S = ScalarOf<V>;
     const Vec3<V> q = start.q(), v = start.velocity;
-    const V inverse = recip(dot(v, v)), along = dot(q, v) * inverse, radius = V(S(task.job.escape_radius));
+    const V inverse = recip(dot(v, v)), along = dot(q, v) * inverse, radius = task.escape_radius;
     const V length = fast_sqrt(max(fma(along, along, inverse * (radius * radius - dot(q, q))), V(S(0)))) - along;
     return max(length, fast_sqrt(dot(q, q) * inverse) * V(S(1e-3))) * V(S(1.001));
 }
@@ -31,7 +31,9 @@ public:
     explicit StepLength(const Task<V>& task)
         : task_(task),
           has_bounds_(task.straight || task.kernel.bounds_steps || std::isfinite(task.job.bending_radius) ||
-                      ParameterLimit::exists(task)) {}
+                      ParameterLimit::exists(task)) {
+        if (task.job.chart_radius > 0) set_horizons();
+    }
 
     /// Returns the lengths of the next steps from `start`, given the proposed lengths. The rays of `ingoing` are in
     /// ingoing coordinates.
@@ -73,14 +75,21 @@ private:
     /// from the ring singularity (kernels/hamiltonians/kerr.h). The step bound of the hole, which is small near the
     /// horizon, is for rays that are singular there; rays that change their chart are not.
     V chart_step_bound(const RayState<V>& start) const {
-        const Hole& hole = task_.job.hole;
-        const double equator = charts::horizon_extent(hole), stretch = equator / charts::horizon_radius(hole);
-        const Vec3<V> q = start.q(), stretched{q.x, q.y, V(S(stretch)) * q.z};  // the horizon is a spheroid
-        const MaskOf<V> outside = dot(stretched, stretched) > V(S(equator * equator));
-        const V half(S(0.5)), a(S(std::abs(hole.spin))), square = dot(q, q), b = square - a * a,
-                             az = V(S(2)) * a * q.z, sigma = sqrt(fma(b, b, az * az)),
-                             r = sqrt(max(half * (b + sigma), V(S(0))));
+        const Vec3<V> q = start.q(), stretched{q.x, q.y, stretch_ * q.z};  // the horizon is a spheroid
+        const MaskOf<V> outside = dot(stretched, stretched) > squared_equator_;
+        const V half(S(0.5)), a = spin_, square = dot(q, q), b = square - a * a, az = V(S(2)) * a * q.z,
+                             sigma = sqrt(fma(b, b, az * az)), r = sqrt(max(half * (b + sigma), V(S(0))));
         return half * select(outside, sqrt(square), sigma / (r + a));
+    }
+    /// Sets the numbers of the horizon of each lane.
+    void set_horizons() {
+        for (int i = 0; i < lane_count<V>; ++i) {
+            const Hole& hole = hole_of(task_.job, i);
+            const double equator = charts::horizon_extent(hole);
+            set_lane(squared_equator_, i, S(equator * equator));
+            set_lane(stretch_, i, S(equator / charts::horizon_radius(hole)));
+            set_lane(spin_, i, S(std::abs(hole.spin)));
+        }
     }
     /// Returns Job::max_step_radius_ratio times |q| plus 1e-4 of the escape radius. The second term lets a ray pass the
     /// origin.
@@ -103,6 +112,9 @@ private:
 
     const Task<V>& task_;
     const bool has_bounds_;  ///< False if every step has its proposed length.
+    /// The square of the equatorial radius of the horizon, this radius divided by that at the poles, and |a|. Set only
+    /// if rays can change their chart.
+    V squared_equator_ = S(0), stretch_ = S(0), spin_ = S(0);
 };
 
 }  // namespace kagero

@@ -36,8 +36,9 @@ void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters);
 
-/// Traces a tile with the given kernel, packet by packet.
+/// Traces a tile with the given kernel, packet by packet. `straight` is true if every ray is straight.
 template <class V>
-void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters);
+void trace_with(const SpaceKernel<V>& kernel, bool straight, const Job& job, const Tile& tile, RayEnd* ends,
+                Counters& counters);
 
 }  // namespace kagero

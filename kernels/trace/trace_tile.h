@@ -66,15 +66,16 @@ void trace_by_gangs(const Task<V>& task, const Tile& tile, RayEnd* ends, Counter
 }
 
 template <class V>
-void trace_with(const SpaceKernel<V>& kernel, const Job& job, const Tile& tile, RayEnd* ends, Counters& counters) {
+void trace_with(const SpaceKernel<V>& kernel, bool straight, const Job& job, const Tile& tile, RayEnd* ends,
+                Counters& counters) {
     KAGERO_ASSERT(job.step > 0 && job.escape_radius > 0 && job.max_steps > 0);
     KAGERO_ASSERT((job.camera != nullptr) != (job.rays != nullptr) && tile.x0 <= tile.x1 && tile.y0 <= tile.y1);
-    trace_tile(Task<V>(job, kernel, is_straight(job.hamiltonian, job.parameters)), tile, ends, counters);
+    trace_tile(Task<V>(job, kernel, straight), tile, ends, counters);
 }
 
 template <class V>
 void trace_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {
-    trace_with(space_of<V>(*job), *job, *tile, ends, *counters);
+    trace_with(space_of<V>(*job), is_straight(job->hamiltonian, job->parameters), *job, *tile, ends, *counters);
 }
 template <class V, int lanes>
 void gang_entry(const Job* job, const Tile* tile, RayEnd* ends, Counters* counters) {

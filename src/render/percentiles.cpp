@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 
 namespace kagero {
 namespace {
@@ -50,13 +51,20 @@ void PercentileHistogram::add(const PercentileHistogram& other) {
     max_ = std::max(max_, other.max_);
 }
 
-void ValueCounts::add(double value) {
+void ValueCounter::add(double value) {
     const auto index = static_cast<std::uint32_t>(bin_of(value));
-    auto bin = std::lower_bound(bins.begin(), bins.end(), index,
-                                [](const Bin& candidate, std::uint32_t sought) { return candidate.index < sought; });
-    if (bin == bins.end() || bin->index != index) bin = bins.insert(bin, {index, 0});
-    ++bin->count;
-    max = std::max(max, value);
+    std::uint32_t& place = places_[index % places_.size()];
+    if (place == 0 || counts_.bins[place - 1].index != index) {
+        counts_.bins.push_back({index, 0});
+        place = static_cast<std::uint32_t>(counts_.bins.size());
+    }
+    ++counts_.bins[place - 1].count;
+    counts_.max = std::max(counts_.max, value);
+}
+
+ValueCounts ValueCounter::take() {
+    places_.fill(0);
+    return std::exchange(counts_, {});
 }
 
 void PercentileHistogram::add(const ValueCounts& counts) {

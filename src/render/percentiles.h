@@ -1,6 +1,7 @@
 /// Percentiles of a quantity over rays.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -20,11 +21,23 @@ struct ValueCounts {
     struct Bin {
         std::uint32_t index, count;
     };
-    std::vector<Bin> bins;  ///< In ascending order of the index.
+    std::vector<Bin> bins;  ///< In the order of their first values. The same bin can occur more than once.
     double max = 0;         ///< The greatest value.
+};
 
+/// Counts the values of one tile after another, in constant time per value.
+class ValueCounter {
+public:
     /// Counts a value, which must not be negative or NaN.
     void add(double value);
+    /// Returns the counts of all values since the last call.
+    ValueCounts take();
+
+private:
+    /// Places of bins in `counts_`, plus 1, by the last bits of their indices; 0: none. The table fits into the fastest
+    /// cache. If two bins have the same last bits, `counts_` contains them more than once.
+    std::array<std::uint32_t, 2048> places_{};
+    ValueCounts counts_;
 };
 
 /// A histogram for the percentiles of more values than fit into memory. Values must not be negative or NaN. The

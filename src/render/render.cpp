@@ -44,7 +44,7 @@ Film film_of(const Plan& plan) {
     const FilmDescription& film = plan.description().film;
     try {
         return Film(window.x1 - window.x0, window.y1 - window.y0, film.layers,
-                    {window.x0, window.y0, film.width, film.height});
+                    {window.x0, window.y0, film.width, film.height}, film.tone);
     } catch (const std::bad_alloc&) {
         throw RunError(
             "not enough memory for the film, which needs 12 bytes per pixel for color and 4 for every other layer; "

@@ -25,6 +25,7 @@ struct alignas(64) ThreadData {
     std::uint64_t rays = 0;
     std::array<std::uint64_t, failure_count> failures{};
     PercentileHistogram energy_errors;
+    ValueCounter tile_errors;  ///< Energy errors of the tile in progress, if tiles have reports.
 };
 
 double processor_seconds() {
@@ -153,14 +154,22 @@ private:
         }
         const auto failed = static_cast<std::size_t>(Status::failed);
         const bool has_failures = data.counters.total.ended[failed] != counters_before.total.ended[failed];
-        count_rays(data.traced, has_failures, data);
-        if (control_.tile_finished) control_.tile_finished(tile, report_of(data, counters_before, has_failures));
+        if (!control_.tile_finished) {
+            count_rays(data.traced, has_failures, data, data.energy_errors);
+            return true;
+        }
+        const TileReport report = report_of(data, counters_before, has_failures);
+        data.rays += report.rays;
+        data.path_lengths.add(report.path_lengths);
+        for (std::size_t i = 0; i < failure_count; ++i) data.failures[i] += report.failures[i];
+        data.energy_errors.add(report.energy_errors);
+        control_.tile_finished(tile, report);
         return true;
     }
-    /// Adds the rays of a tile, their failures and their energy errors to `counts`, which is a ThreadData or a
-    /// TileReport.
-    template <class Counts>
-    void count_rays(const TracedRays& traced, bool has_failures, Counts& counts) const {
+    /// Adds the rays of a tile and their failures to `counts`, which is a ThreadData or a TileReport, and their energy
+    /// errors to `errors`.
+    template <class Counts, class Errors>
+    void count_rays(const TracedRays& traced, bool has_failures, Counts& counts, Errors& errors) const {
         const std::vector<RayEnd>& ends = traced.ends;
         counts.rays += ends.size();
         for (std::size_t i = 0; i < traced.paths.size(); ++i)
@@ -169,16 +178,17 @@ private:
             for (const RayEnd& end : ends) ++counts.failures[static_cast<std::size_t>(end.failure)];
         if (!(job_.outputs & output_energy)) return;
         for (const RayEnd& end : ends)  // NaN for a ray that could not start
-            if (!std::isnan(end.energy_error)) counts.energy_errors.add(end.energy_error);
+            if (!std::isnan(end.energy_error)) errors.add(end.energy_error);
     }
     /// Returns the report of the tile that the thread has just traced. `before` contains its counters before the tile.
-    TileReport report_of(const ThreadData& data, const PathCounters& before, bool has_failures) const {
+    TileReport report_of(ThreadData& data, const PathCounters& before, bool has_failures) const {
         TileReport report;
         report.counters = combine(data.counters.total, before.total, std::minus{});
         report.generations = data.counters.generations;
         for (std::size_t i = 0; i < before.generations.size(); ++i)
             report.generations[i] = difference(report.generations[i], before.generations[i]);
-        count_rays(data.traced, has_failures, report);
+        count_rays(data.traced, has_failures, report, data.tile_errors);
+        report.energy_errors = data.tile_errors.take();
         return report;
     }
     /// Adds the cost of a finished tile, and calls the progress callback unless another thread is calling it.

@@ -1,13 +1,12 @@
 #include "render/trace.h"
 
 #include "rays/coherence.h"
+#include "rays/ray_ends.h"
 #include "render/run.h"
-#include "spaces/charts.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 
@@ -24,25 +23,6 @@ WorkList split_into_chunks(std::size_t rays) {
     for (std::uint32_t i = 0; i < rays; i += rays_per_chunk)
         work.tiles.push_back({i, 0, std::min(i + rays_per_chunk, static_cast<std::uint32_t>(rays)), 1});
     return work;
-}
-
-/// Converts positions, λ and the integrals to the coordinates and the unit of length of the scene file. `Point` is
-/// RayEnd or PathPoint.
-template <class Point>
-void to_scene_coordinates(const Plan& plan, Point& point) {
-    for (std::size_t k = 0; k < 3; ++k)
-        point.q[k] = (point.q[k] + plan.description().space.center[k]) * plan.scene->unit;
-    for (double* length : {&point.parameter, &point.action, &point.time}) *length *= plan.scene->unit;
-}
-
-/// Replaces the momentum of a ray that started inside the horizon of a black hole by that of the time-reversed ingoing
-/// form, in which `trace` prints it. `Point` is RayEnd or PathPoint, in the coordinates of the kernels.
-template <class Point>
-void to_ingoing_form(const Plan& plan, const RayStart& start, Point& point) {
-    if (!start.ingoing || !is_inside_horizon(plan.scene->space, start.q)) return;
-    const Hole hole = plan.scene->space.hole();
-    if (is_inside_horizon(plan.scene->space, point.q)) point.pt = -point.pt;
-    else plan.module().momentum_in_ingoing_form(&hole, point.q, point.p, &point.pt);
 }
 
 /// Returns true if refill is worthwhile, from a trial of a few packets of the list. Their occupancy must be low, and
@@ -91,16 +71,6 @@ private:
     std::vector<RayStart> starts_;      ///< The sorted ray starts; empty if the order is that of the input.
 };
 
-/// Returns the end of a ray that was not traced: the position of its start, without direction and momentum.
-RayEnd end_at_start(const RayStart& start, Failure failure) {
-    RayEnd end{};
-    std::copy_n(start.q, 3, end.q);
-    end.energy_error = std::numeric_limits<double>::quiet_NaN();
-    end.status = Status::failed;
-    end.failure = failure;
-    return end;
-}
-
 /// Traces the list. If the run is interrupted, rays that were not traced get the failure `untraced`.
 RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vector<RayEnd>& ends,
                    const RunControl& control, std::vector<PathState>* paths = nullptr) {
@@ -124,20 +94,16 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
             if (i + prefetch_distance < tile.x1) __builtin_prefetch(&ends[list.input_index(i + prefetch_distance)], 1);
             RayEnd& end = ends[list.input_index(i)] = traced.ends[i - tile.x0];
             if (paths && !traced.paths.empty()) (*paths)[list.input_index(i)] = traced.paths[i - tile.x0];
-            const bool started = end.failure == Failure::none ||
-                                 (starts[i].failure == Failure::none && end.failure != Failure::singular_start);
-            if (!started) end = end_at_start(starts[i], end.failure);
-            to_ingoing_form(plan, starts[i], end);
             if (rounds_limit && end.status == Status::step_limit && end.parameter == float(job.parameter_limit))
                 end.parameter = job.parameter_limit;
-            to_scene_coordinates(plan, end);
+            end = reported_end(*plan.scene, plan.scene->space, starts[i], end);
         }
         is_traced[tile.x0 / rays_per_chunk] = true;
     };
     RunReport report = run_tiles(plan, job, work, {}, store, control);
     for (std::size_t i = 0; report.interrupted && i < starts.size(); ++i)
         if (!is_traced[i / rays_per_chunk])
-            to_scene_coordinates(plan, ends[list.input_index(i)] = end_at_start(starts[i], Failure::untraced));
+            to_scene_coordinates(*plan.scene, ends[list.input_index(i)] = end_at_start(starts[i], Failure::untraced));
     report.seconds += list.sort_seconds + trial_seconds;
     return report;
 }
@@ -176,8 +142,8 @@ std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>
     trace_steps(
         plan, starts, ends, [&](const PathPoint& point) { points.push_back(point); }, control);
     for (PathPoint& point : points) {
-        to_ingoing_form(plan, starts[point.ray], point);
-        to_scene_coordinates(plan, point);
+        to_ingoing_form(plan.scene->space, starts[point.ray], point);
+        to_scene_coordinates(*plan.scene, point);
     }
     // Removes the paths of rays whose tracing was interrupted.
     std::erase_if(points, [&](const PathPoint& point) { return ends[point.ray].failure == Failure::untraced; });

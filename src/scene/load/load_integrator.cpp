@@ -71,13 +71,20 @@ double value_of(const char* formula, const HamiltonianInfo& info, const std::fun
     return evaluate(scope, parse_formula(scope, {formula, "step_goes_with", {}}), values);
 }
 
-/// Returns the default steps, indexed by StepKind.
-///
-/// A default step is proportional to the length that the Hamiltonian declares (`step_goes_with`). It is also
-/// proportional to the inverse of the index of refraction, so that the distance covered by a step does not depend on
-/// the index. It is at most escape_radius, which limits the steps in a medium that hardly bends light. For a spacetime
-/// that declares Ω, the declared step is that of the rescaled H. The step without rescaling is then also proportional
-/// to the first parameter of the Hamiltonian that is a length.
+/// Returns the unit of the method's step. H of a spacetime is rescaled unless the scene disables rescaling or the
+/// method does not support it.
+StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::size_t method,
+                      const Catalogue& catalogue) {
+    if (catalogue.integrators[method].angular) return StepKind::angle;
+    const Value* rescale = find(section, "rescale");
+    const bool rescaled = info.spacetime && info.rescales && !(rescale && rescale->string == "none") &&
+                          !(catalogue.refusal && catalogue.refusal(std::uint32_t(&info - catalogue.hamiltonians),
+                                                                   std::uint32_t(method), true));
+    return rescaled ? StepKind::number : StepKind::length;
+}
+
+}  // namespace
+
 std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDescription& space, double escape_radius) {
     const auto value_in_scene = [&](std::size_t i) { return space.parameters[i].second; };
     const auto default_of = [&](std::size_t i) { return info.parameters[i].default_value; };
@@ -98,20 +105,6 @@ std::array<double, 3> default_steps(const HamiltonianInfo& info, const SpaceDesc
         size_parameter != end && value_in_scene(std::size_t(size_parameter - info.parameters)) != 0;
     return {size_is_nonzero ? length * ratio_to_default(size_parameter->name) : length, length, angle};
 }
-
-/// Returns the unit of the method's step. H of a spacetime is rescaled unless the scene disables rescaling or the
-/// method does not support it.
-StepKind kind_of_step(const Section& section, const HamiltonianInfo& info, std::size_t method,
-                      const Catalogue& catalogue) {
-    if (catalogue.integrators[method].angular) return StepKind::angle;
-    const Value* rescale = find(section, "rescale");
-    const bool rescaled = info.spacetime && info.rescales && !(rescale && rescale->string == "none") &&
-                          !(catalogue.refusal && catalogue.refusal(std::uint32_t(&info - catalogue.hamiltonians),
-                                                                   std::uint32_t(method), true));
-    return rescaled ? StepKind::number : StepKind::length;
-}
-
-}  // namespace
 
 IntegratorDescription load_integrator(const Section& section, SpaceDescription& space, const Catalogue& catalogue,
                                       double default_escape_radius) {

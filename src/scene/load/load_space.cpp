@@ -23,11 +23,10 @@ void load_parameters(const Section& section, const HamiltonianInfo& info, std::v
     for (std::uint32_t i = 0; i < info.parameter_count; ++i) {
         const ParameterInfo& parameter = info.parameters[i];
         other_keys.insert(other_keys.begin() + 2 + i, parameter.name);
-        double value = parameter.default_value;
-        read(section, parameter.name, value, {parameter.least, parameter.greatest, parameter.least_open});
-        if (parameter.unit == Unit::whole_number && value != std::floor(value))
-            fail(require(section, parameter.name), full_name(section, parameter.name), "a whole number");
-        space.parameters.emplace_back(parameter.name, value);
+        const Value* stated = find(section, parameter.name);
+        space.parameters.emplace_back(parameter.name,
+                                      stated ? to_parameter(*stated, full_name(section, parameter.name), parameter)
+                                             : parameter.default_value);
     }
     check_keys(section, other_keys);
 }
@@ -60,6 +59,12 @@ std::string load_medium_name(const Value& table, const std::vector<MediumDescrip
 }
 
 }  // namespace
+
+double to_parameter(const Value& value, const std::string& name, const ParameterInfo& parameter) {
+    const double number = to_number(value, name, {parameter.least, parameter.greatest, parameter.least_open});
+    if (parameter.unit == Unit::whole_number && number != std::floor(number)) fail(value, name, "a whole number");
+    return number;
+}
 
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue, SpaceTable table) {
     SpaceDescription space;

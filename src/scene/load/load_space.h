@@ -8,6 +8,9 @@ namespace kagero {
 /// The table of a space. A medium has a name and its own integrator, but no sky.
 enum class SpaceTable { space, medium };
 
+/// Returns the value of a parameter of a Hamiltonian. Throws InputError if it is not legal. `name` is its full name.
+double to_parameter(const Value& value, const std::string& name, const ParameterInfo& parameter);
+
 /// Loads the Hamiltonian of a space, with its parameters or formulas.
 SpaceDescription load_space(const Section& section, const Catalogue& catalogue, SpaceTable table);
 

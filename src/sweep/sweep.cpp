@@ -1,0 +1,144 @@
+#include "sweep/sweep.h"
+
+#include "error.h"
+#include "rays/ray_ends.h"
+#include "render/trace.h"
+#include "scene/value.h"
+#include "sweep/packet_sweep.h"
+#include "sweep/set_by_set.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace kagero {
+namespace {
+
+/// Throws InputError unless all keys differ and have the same number of values, at least one.
+void check_keys_of_sweep(const std::vector<SweptKey>& keys, std::size_t rays) {
+    if (keys.empty()) throw InputError("a sweep has no keys; state at least one key, such as \"space.rg\"");
+    const SweptKey& first = keys.front();
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        const SweptKey& key = keys[i];
+        if (key.values.empty()) throw InputError(key.key + " has no values; a sweep needs at least one value per key");
+        if (key.values.size() != first.values.size())
+            throw InputError(key.key + " has " + std::to_string(key.values.size()) + " values, but " + first.key +
+                             " has " + std::to_string(first.values.size()) +
+                             "; all keys of a sweep must have the same number of values");
+        for (std::size_t j = 0; j < i; ++j)
+            if (keys[j].key == key.key)
+                throw InputError(key.key + " occurs twice in a sweep; state the values of a key once");
+    }
+    constexpr std::size_t greatest = std::numeric_limits<std::uint32_t>::max();
+    if (rays > greatest / first.values.size())
+        throw InputError("a sweep of " + std::to_string(first.values.size()) + " sets of " + std::to_string(rays) +
+                         " rays is too large: the greatest number of rays is " + std::to_string(greatest) +
+                         "; divide the sweep into several");
+}
+
+/// Makes the plan of a set. An InputError names the set.
+Plan plan_of_set(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys, std::size_t set) try {
+    std::vector<std::string> overrides;
+    for (const SweptKey& key : keys) overrides.push_back(key.key + "=" + to_toml(key.values[set]));
+    return plan_with(overrides);
+} catch (const InputError& error) {
+    throw InputError("set " + std::to_string(set) + " of the sweep: " + error.what());
+}
+
+/// Returns the plan of the first set whose rays bend; `first`, the plan of set 0, if there is none.
+Plan plan_of_bent_set(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys, const ParameterSets& sets,
+                      const Plan& first) {
+    for (std::size_t set = 0; first.scene->straight && set < sets.count(); ++set)
+        if (!sets.space(set).is_straight()) return plan_of_set(plan_with, keys, set);
+    return first;
+}
+
+/// Returns the reason why each set needs a plan of its own; empty if the keys are parameters of a compiled space, and
+/// the rest of the scene does not depend on them.
+std::string reason_for_separate_plans(const Plan& plan, const std::vector<SweptKey>& keys) {
+    const Scene& scene = *plan.scene;
+    const std::vector<ObjectDescription>& objects = scene.description.objects;
+    if (scene.description.space.formula) return "a formula has one program per set of its constants";
+    for (const SweptKey& key : keys)
+        if (!parameter_of_key(scene.space.info(), key.key)) return key.key + " is not a parameter of the space";
+    if (!scene.programs.empty()) return "integrator.rescale states an expression";
+    if (plan.run.max_bounces || scene.regions || !scene.media.empty()) return "rays continue at surfaces";
+    if (std::any_of(objects.begin(), objects.end(), [](const auto& object) { return object.shape == Shape::disk; }))
+        return "the matter of a disk depends on the parameters";
+    return "";
+}
+
+/// Returns true if the geometry depends on the set: surfaces near a spinning hole are in its coordinates.
+bool geometry_depends_on_set(const Plan& plan, const ParameterSets& sets) {
+    if (!plan.scene->geometry->kernel_view()) return false;
+    for (std::size_t set = 0; set < sets.count(); ++set)
+        if (sets.space(set).hole().spin != 0) return true;
+    return false;
+}
+
+/// Returns the ends of rays that were not traced.
+RayEnd untraced_end(const RayInput& ray) {
+    RayStart start{};
+    std::copy(ray.position.begin(), ray.position.end(), start.q);
+    return end_at_start(start, Failure::untraced);
+}
+
+/// Traces the rays with a separate plan for each set. Returns false if the run is interrupted.
+bool trace_separately(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
+                      const std::vector<RayInput>& rays, std::optional<ObserverKind> observer,
+                      const RunControl& control, std::vector<RayEnd>& ends) {
+    const std::size_t sets = keys.front().values.size();
+    for (std::size_t set = 0; set < sets; ++set) {
+        RunControl control_of_set = control;
+        if (control.progress)
+            control_of_set.progress = [&](double done, double seconds) {
+                control.progress((double(set) + done) / double(sets), seconds);
+            };
+        const Plan plan = plan_of_set(plan_with, keys, set);
+        std::vector<RayEnd> ends_of_set;
+        const RunReport report = trace(plan, start_rays(plan, rays, observer), ends_of_set, control_of_set);
+        std::copy(ends_of_set.begin(), ends_of_set.end(), ends.begin() + std::ptrdiff_t(set * rays.size()));
+        if (report.interrupted) return false;
+    }
+    return true;
+}
+
+/// Traces the rays of all sets of parameters. `result` contains the plan of set 0.
+SweepResult sweep_parameters(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
+                             const ParameterSets& sets, const std::vector<RayInput>& rays,
+                             std::optional<ObserverKind> observer, const RunControl& control, SweepResult result) {
+    result.plan = plan_of_bent_set(plan_with, keys, sets, result.plan);
+    result.reason_against_packets = reason_against_packets(result.plan);
+    if (result.reason_against_packets.empty()) {
+        result.interrupted = !trace_in_packets(result.plan, sets, rays, observer, control, result.ends);
+        return result;
+    }
+    std::vector<std::size_t> all_sets(sets.count());
+    std::iota(all_sets.begin(), all_sets.end(), std::size_t(0));
+    result.interrupted = !trace_set_by_set(result.plan, sets, all_sets, rays, observer, control, result.ends);
+    return result;
+}
+
+}  // namespace
+
+SweepResult sweep(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
+                  const std::vector<RayInput>& rays, std::optional<ObserverKind> observer, const RunControl& control) {
+    check_keys_of_sweep(keys, rays.size());
+    SweepResult result;
+    result.plan = plan_of_set(plan_with, keys, 0);
+    for (std::size_t set = 0; set < keys.front().values.size(); ++set)
+        for (const RayInput& ray : rays) result.ends.push_back(untraced_end(ray));
+    std::string& reason = result.reason_against_packets;
+    reason = reason_for_separate_plans(result.plan, keys);
+    if (reason.empty()) {
+        const ParameterSets sets(result.plan, keys);
+        if (geometry_depends_on_set(result.plan, sets))
+            reason = "the coordinates of surfaces near a spinning hole depend on its parameters";
+        else return sweep_parameters(plan_with, keys, sets, rays, observer, control, std::move(result));
+    }
+    result.interrupted = !trace_separately(plan_with, keys, rays, observer, control, result.ends);
+    return result;
+}
+
+}  // namespace kagero

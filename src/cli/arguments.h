@@ -23,7 +23,7 @@ struct Arguments {
     std::string threads, isa, strategy = "auto", precision = "auto";
     std::string integrator, step, tolerance, size, spp, seed, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, columns, every;
-    std::string part;
+    std::string part, frames;
     std::vector<std::string> parts;  ///< Files of `merge`.
     bool resume = false, incomplete = false;
     std::string bounces, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;

@@ -55,6 +55,19 @@ double save_film(const Film& film, const std::string& path, const Metadata& meta
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names) {
+    std::vector<const LayerInfo*> mapped;
+    if (!arguments.maps) return mapped;
+    for (const LayerInfo& layer : all_layers())
+        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end())
+            mapped.push_back(&layer);
+    if (mapped.empty())
+        throw InputError(
+            "--maps: film.layers contains no layer of numbers; add one with --layers, or leave --maps out "
+            "(see `kagero list layers`)");
+    return mapped;
+}
+
 std::string path_in(const std::string& directory, const std::string& file) {
     return (fs::path(directory) / file).string();
 }

@@ -17,6 +17,10 @@ void write_output(const std::string& path, const std::function<void(std::ostream
 /// Writes a film and returns the seconds that this took.
 double save_film(const Film& film, const std::string& path, const Metadata& metadata);
 
+/// Returns the layers among `names` that contain numbers, for which --maps writes files; none without --maps. Throws
+/// InputError if --maps is given and no layer contains numbers.
+std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names);
+
 /// Throws InputError if an output cannot be written, or if it is the same file as an input or another output. Ignores
 /// paths that are empty or "-".
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs = {});

@@ -31,8 +31,8 @@ private:
 class ProgressLine {
 public:
     /// `subject` is printed after the percentage, for example " of the trial rays".
-    explicit ProgressLine(const Terminal& terminal, const char* subject = "")
-        : terminal_(terminal), subject_(subject) {}
+    explicit ProgressLine(const Terminal& terminal, std::string subject = "")
+        : terminal_(terminal), subject_(std::move(subject)) {}
     ~ProgressLine() { clear(); }
     ProgressLine(const ProgressLine&) = delete;
     ProgressLine& operator=(const ProgressLine&) = delete;
@@ -47,7 +47,7 @@ private:
     void erase();
 
     const Terminal& terminal_;
-    const char* subject_;
+    const std::string subject_;
     std::mutex writing_;
     bool visible_ = false;
     int tenths_ = 0;          ///< Finished tenths of the work that the last printed line states.

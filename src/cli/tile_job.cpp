@@ -8,23 +8,6 @@
 namespace kagero {
 namespace {
 
-/// Returns the identity of a render with its part, which the identity of a picture does not contain.
-Properties with_part(Properties identity, const PartNumber& part) {
-    identity.emplace_back("the part", part.text());
-    return identity;
-}
-
-void check_same_render(const TileJob& job) {
-    const TileFileHeader& begun = *job.journal->header();
-    const std::string path = job.journal->path();
-    const std::string difference =
-        describe_difference(with_part(begun.identity, begun.part), path,
-                            with_part(job.identity, job.part.value_or(PartNumber{})), "this run");
-    if (!difference.empty())
-        throw InputError("the journal belongs to another render: " + difference + "; render as before, or remove " +
-                         path + " to begin again");
-}
-
 void warn_of_removed(std::uint64_t bytes, const std::string& path, const Terminal& terminal) {
     if (bytes > 0)
         terminal.warning("the last " + std::to_string(bytes) + " bytes of " + path +
@@ -67,7 +50,7 @@ Plan plan_of(TileJob& job, SceneDescription scene, const Options& options, const
     Plan plan = make_plan(std::move(scene), options);
     job.identity = identity_of(plan, options);
     if (!job.journal || !job.journal->header()) return tune_with_progress(std::move(plan), options, terminal);
-    check_same_render(job);
+    check_same_render(*job.journal, job.identity, job.part.value_or(PartNumber{}));
     plan = with_choices(std::move(plan), job.journal->header()->choices, job.journal->path());
     print_remarks(plan, terminal);
     return plan;

@@ -51,27 +51,6 @@ void check_file_writable(const std::string& path) {
                          (is_special_file ? path : directory_name) + "'");
 }
 
-namespace {
-
-/// A temporary file in the folder of the final file. The function `complete` renames it to the final name. The
-/// destructor removes it if it has not been renamed.
-class PartialFile {
-public:
-    explicit PartialFile(const std::string& path);
-    ~PartialFile();
-    PartialFile(const PartialFile&) = delete;
-    PartialFile& operator=(const PartialFile&) = delete;
-    /// Returns the name of the temporary file.
-    const std::string& temporary() const { return temporary_; }
-    /// Renames the temporary file to its final name. Throws RunError if renaming fails.
-    void complete();
-
-private:
-    std::string final_, temporary_;
-    bool direct_ = false;     ///< True if the final file exists and is not a regular file, so it is written directly.
-    bool completed_ = false;  ///< True after `complete`.
-};
-
 PartialFile::PartialFile(const std::string& path) : final_(path) {
     std::error_code ignored;
     direct_ = fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
@@ -101,8 +80,6 @@ void PartialFile::complete() {
     }
     completed_ = true;
 }
-
-}  // namespace
 
 void write_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
     PartialFile file(path);

@@ -12,31 +12,15 @@
 namespace kagero {
 namespace {
 
-/// Returns the size and the hash of a file's content.
-std::string content_of(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::uint64_t size = 0, hash = fnv1a("");
-    std::string block(std::size_t{1} << 20, '\0');
-    while (in.read(block.data(), static_cast<std::streamsize>(block.size())) || in.gcount() > 0) {
-        const auto count = static_cast<std::size_t>(in.gcount());
-        hash = fnv1a({block.data(), count}, hash);
-        size += count;
-    }
-    if (!in.eof()) throw InputError("the file " + path + " cannot be read");
-    constexpr char digits[] = "0123456789abcdef";
-    std::string text = std::to_string(size) + " bytes with the hash ";
-    for (int shift = 60; shift >= 0; shift -= 4) text += digits[hash >> shift & 15];
-    return text;
-}
-
 /// Adds the contents of the files that the scene names, and of the files that these name.
 void add_files(const SceneDescription& scene, Properties& identity) {
     for (const auto& [use, path] : files_of(scene)) {
         if (path.empty() || path == scene.path) continue;
-        identity.emplace_back("the content of " + use, content_of(path));
+        identity.emplace_back("the content of " + use, content_of_file(path));
         const std::vector<std::string> others = files_of_mesh(path);
         for (std::size_t i = 0; i < others.size(); ++i)
-            identity.emplace_back("the content of file " + std::to_string(i + 1) + " of " + use, content_of(others[i]));
+            identity.emplace_back("the content of file " + std::to_string(i + 1) + " of " + use,
+                                  content_of_file(others[i]));
     }
 }
 
@@ -68,6 +52,22 @@ const std::string* find_value(const Properties& properties, const std::string& n
 }
 
 }  // namespace
+
+std::string content_of_file(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    std::uint64_t size = 0, hash = 0;
+    std::string block(std::size_t{1} << 20, '\0');
+    while (in.read(block.data(), static_cast<std::streamsize>(block.size())) || in.gcount() > 0) {
+        const auto count = static_cast<std::size_t>(in.gcount());
+        hash = checksum({block.data(), count}, hash);
+        size += count;
+    }
+    if (!in.eof()) throw InputError("the file " + path + " cannot be read");
+    constexpr char digits[] = "0123456789abcdef";
+    std::string text = std::to_string(size) + " bytes with the hash ";
+    for (int shift = 60; shift >= 0; shift -= 4) text += digits[hash >> shift & 15];
+    return text;
+}
 
 Properties identity_of(const Plan& plan, const Options& options) {
     const SceneDescription& scene = plan.description();

@@ -8,9 +8,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
-#include <thread>
 
 namespace kagero {
 namespace {
@@ -72,6 +73,7 @@ void Journal::lock_file() {
 }
 
 Journal::~Journal() {
+    transfers_ = {};  // waits for the thread
     if (!removed_ && size_ == 0 && !header_) unlink(path_.c_str());
     close(file_);
 }
@@ -98,7 +100,6 @@ std::uint64_t Journal::cut_after(std::uint64_t size) {
 std::uint64_t Journal::begin(const TileFileHeader& header) {
     const std::uint64_t removed = cut_after(0);
     append(encode_header(header));
-    sync();
     header_ = header;
     return removed;
 }
@@ -111,33 +112,46 @@ std::uint64_t Journal::read(Film& film, TileResults& results) {
 }
 
 void Journal::append(const std::string& record) {
-    constexpr auto sync_interval = std::chrono::seconds(1);
-    bool is_due = false;
-    {
-        const std::lock_guard lock(appending_);
-        if (const int error = write_all(file_, record); error != 0) {
-            cut(size_);
-            refuse_write(error);
-        }
-        size_ += record.size();
-        const auto now = std::chrono::steady_clock::now();
-        is_due = now - synced_ > sync_interval;
-        if (is_due) synced_ = now;
+    const std::lock_guard lock(appending_);
+    if (const int error = transfer_error_) refuse_write(error);
+    if (const int error = write_all(file_, record); error != 0) {
+        cut(size_);
+        refuse_write(error);
     }
-    if (is_due) sync();
+    size_ += record.size();
+    if (!transfers_.joinable())
+        transfers_ = std::jthread([this](const std::stop_token& stop) { transfer_repeatedly(stop); });
+}
+
+/// Transfers the file to the disk. Returns 0, or the error of the system. Some file systems do not support the
+/// transfer; the data is then in the hands of the system, which writes it later.
+int Journal::transfer() { return fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS ? errno : 0; }
+
+/// Transfers the entry of the file in its folder to the disk, and then the file once per second.
+void Journal::transfer_repeatedly(const std::stop_token& stop) {
+    constexpr auto interval = std::chrono::seconds(1);
+    const std::string folder = std::filesystem::path(path_).parent_path().string();
+    if (const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); file >= 0) {
+        fsync(file);  // file systems that do not support this keep the entry themselves
+        close(file);
+    }
+    std::unique_lock lock(pausing_);
+    do {
+        if (const int error = transfer(); error != 0) transfer_error_ = error;
+        stopping_.wait_for(lock, stop, interval, [] { return false; });
+    } while (!stop.stop_requested());
 }
 
 void Journal::sync() {
-    const std::lock_guard lock(syncing_);
-    // Some file systems do not support the transfer; the data is then in the hands of the system, which writes it
-    // later.
-    if (fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) refuse_write(errno);
+    if (const int error = transfer(); error != 0) refuse_write(error);
 }
 
 void Journal::remove() {
     if (unlink(path_.c_str()) != 0 && errno != ENOENT)
         throw RunError("cannot remove the journal '" + path_ + "': " + std::strerror(errno));
     removed_ = true;
+    // Without its content, a transfer in progress ends at once. The file has no name any more, so errors do not matter.
+    if (ftruncate(file_, 0) != 0) return;
 }
 
 }  // namespace kagero

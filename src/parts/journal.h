@@ -3,8 +3,10 @@
 
 #include "parts/tile_file.h"
 
-#include <chrono>
+#include <atomic>
+#include <condition_variable>
 #include <mutex>
+#include <thread>
 
 namespace kagero {
 
@@ -26,11 +28,11 @@ public:
     std::uint64_t begin(const TileFileHeader& header);
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
-    /// Appends a record to the file, and transfers the file to the disk if the last transfer was more than a second
-    /// ago. May be called from several threads. Throws RunError if writing fails; the journal then ends with its last
-    /// complete record.
+    /// Appends a record to the file. A separate thread transfers the file to the disk once per second, so that
+    /// rendering does not wait for the disk. May be called from several threads. Throws RunError if writing or an
+    /// earlier transfer failed; the journal then ends with its last complete record.
     void append(const std::string& record);
-    /// Transfers the file to the disk.
+    /// Transfers the file to the disk. A run that ends early calls this function.
     void sync();
     /// Removes the file.
     void remove();
@@ -40,14 +42,19 @@ private:
     void lock_file();
     void cut(std::uint64_t size);
     std::uint64_t cut_after(std::uint64_t size);
+    int transfer();
+    void transfer_repeatedly(const std::stop_token& stop);
 
     std::string path_;
     int file_ = -1;
     std::optional<TileFileHeader> header_;
     std::uint64_t size_ = 0;  ///< Size of the file up to its last complete record.
     bool removed_ = false;
-    std::mutex appending_, syncing_;
-    std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
+    std::mutex appending_;
+    std::atomic<int> transfer_error_ = 0;   ///< Error of the system in the last transfer; 0: none.
+    std::condition_variable_any stopping_;  ///< Ends the pause between two transfers.
+    std::mutex pausing_;
+    std::jthread transfers_;  ///< The last member, because its thread uses the others.
 };
 
 }  // namespace kagero

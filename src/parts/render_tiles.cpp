@@ -1,10 +1,30 @@
 #include "parts/render_tiles.h"
 
 #include "accuracy/end_errors.h"
+#include "error.h"
 #include "parts/choices.h"
+#include "parts/identity.h"
 #include "report/run_json.h"
 
 namespace kagero {
+namespace {
+
+/// Returns the identity of a render with its part, which the identity of a picture does not contain.
+Properties with_part(Properties identity, const PartNumber& part) {
+    identity.emplace_back("the part", part.text());
+    return identity;
+}
+
+}  // namespace
+
+void check_same_render(const Journal& journal, const Properties& identity, const PartNumber& part) {
+    const TileFileHeader& begun = *journal.header();
+    const std::string difference = describe_difference(with_part(begun.identity, begun.part), journal.path(),
+                                                       with_part(identity, part), "this run");
+    if (!difference.empty())
+        throw InputError("the journal belongs to another render: " + difference + "; render as before, or remove " +
+                         journal.path() + " to begin again");
+}
 
 TileFileHeader header_of(const Plan& plan, const Film& film, Properties identity, const PartNumber& part) {
     TileFileHeader header;
@@ -16,6 +36,7 @@ TileFileHeader header_of(const Plan& plan, const Film& film, Properties identity
     header.width = film.width();
     header.height = film.height();
     header.window = film.window();
+    header.tone = film.tone();
     header.grid = tile_grid_of(plan, film);
     header.part = part;
     return header;
@@ -34,7 +55,7 @@ RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& fil
         results.add(index, tile_report);
     };
     RunReport report = render_with_errors(plan, film, control);
-    if (journal) journal->sync();
+    if (journal && report.interrupted) journal->sync();
     results.totals().write_to(report);
     report.earlier_rays = earlier_rays;
     return report;

@@ -5,6 +5,7 @@
 #include "parts/bytes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <istream>
 #include <new>
@@ -14,18 +15,27 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 1;
+constexpr std::uint32_t format_version = 2;
 
 enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
 
 /// Size of the kind and the size in front of the content of a record, in bytes.
 constexpr std::size_t record_head = sizeof(std::uint32_t) + sizeof(std::uint64_t);
 
-std::string encode_record(RecordKind kind, const std::string& content) {
+/// Begins a record. `size` is an estimate of the size of its content, for which memory is reserved.
+ByteWriter begin_record(RecordKind kind, std::size_t size) {
     ByteWriter record;
+    record.bytes.reserve(record_head + size + sizeof(std::uint64_t));
     record.put(static_cast<std::uint32_t>(kind));
-    record.put_text(content);
-    record.put(fnv1a(record.bytes));
+    record.put(std::uint64_t{0});
+    return record;
+}
+
+/// Completes a record whose content was written to `record`, and returns its bytes.
+std::string finish_record(ByteWriter record) {
+    const std::uint64_t size = record.bytes.size() - record_head;
+    std::memcpy(record.bytes.data() + sizeof(std::uint32_t), &size, sizeof size);
+    record.put(checksum(record.bytes));
     return std::move(record.bytes);
 }
 
@@ -47,18 +57,19 @@ std::uint64_t bytes_left(std::istream& in) {
 Record read_record(std::istream& in) {
     const std::uint64_t left = bytes_left(in);
     if (left < record_head) return {TileFileEnd::incomplete};
-    std::string head(record_head, '\0');
-    in.read(head.data(), record_head);
-    ByteReader reader(head);
+    std::string bytes(record_head, '\0');
+    in.read(bytes.data(), record_head);
+    ByteReader reader(bytes);
     Record record{TileFileEnd::complete, static_cast<RecordKind>(reader.get<std::uint32_t>())};
     const auto size = reader.get<std::uint64_t>();
     std::uint64_t hash = 0;
     if (left - record_head < sizeof hash || size > left - record_head - sizeof hash) return {TileFileEnd::incomplete};
-    record.content.resize(size);
-    in.read(record.content.data(), static_cast<std::streamsize>(size));
+    bytes.resize(record_head + size);
+    in.read(bytes.data() + record_head, static_cast<std::streamsize>(size));
     in.read(reinterpret_cast<char*>(&hash), sizeof hash);
     if (!in) return {TileFileEnd::incomplete};
-    if (hash != fnv1a(record.content, fnv1a(head))) return {TileFileEnd::damaged};
+    if (hash != checksum(bytes)) return {TileFileEnd::damaged};
+    record.content = bytes.substr(record_head);
     return record;
 }
 
@@ -100,12 +111,15 @@ TileFileHeader decode_header(const std::string& content) {
     header.width = reader.get<std::uint32_t>();
     header.height = reader.get<std::uint32_t>();
     header.window = reader.get<CropWindow>();
+    header.tone.exposure = reader.get<double>();
+    header.tone.curve = static_cast<ToneCurve>(reader.get<std::uint32_t>());
     header.grid = reader.get<TileGrid>();
     header.part = reader.get<PartNumber>();
     const Tile& window = header.grid.window;
     const bool legal = header.grid.width > 0 && header.grid.height > 0 && window.x0 < window.x1 &&
                        window.y0 < window.y1 && header.part.number >= 1 && header.part.number <= header.part.count &&
-                       header.part.count <= max_parts;
+                       header.part.count <= max_parts && std::abs(header.tone.exposure) <= max_exposure &&
+                       static_cast<std::size_t>(header.tone.curve) < tone_curve_names().size();
     if (!legal || !reader.empty()) throw InputError("its header is not legal");
     return header;
 }
@@ -129,6 +143,13 @@ void for_each_row(const TileFileHeader& header, const Tile& tile, FilmType& film
             visit(film.plane(layer->name) + first * channels, (x1 - x0) * channels);
         }
     }
+}
+
+/// Returns an upper bound of the size of a tile's record without its pixels.
+std::size_t size_of_report(const TileReport& report) {
+    constexpr std::size_t of_numbers = 1024;
+    return of_numbers + report.generations.size() * sizeof(GenerationCount) +
+           report.energy_errors.bins.size() * sizeof(ValueCounts::Bin);
 }
 
 void put_report(ByteWriter& writer, const TileReport& report) {
@@ -186,7 +207,7 @@ std::uint64_t PartNumber::tiles_of(const TileGrid& grid) const {
 
 Film TileFileHeader::film() const {
     try {
-        return Film(width, height, layers, window);
+        return Film(width, height, layers, window, tone);
     } catch (const std::bad_alloc&) {
         throw RunError("not enough memory for the film of " + std::to_string(width) + " x " + std::to_string(height) +
                        " pixels");
@@ -239,7 +260,7 @@ TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film,
 }
 
 std::string encode_header(const TileFileHeader& header) {
-    ByteWriter content;
+    ByteWriter content = begin_record(RecordKind::header, header.identity.size());
     put_properties(content, header.identity);
     put_properties(content, header.choices);
     put_properties(content, header.metadata);
@@ -252,23 +273,27 @@ std::string encode_header(const TileFileHeader& header) {
     content.put(header.width);
     content.put(header.height);
     content.put(header.window);
+    content.put(header.tone.exposure);
+    content.put(static_cast<std::uint32_t>(header.tone.curve));
     content.put(header.grid);
     content.put(header.part);
     ByteWriter file;
     file.put_raw(magic.data(), magic.size());
     file.put(format_version);
-    return file.bytes + encode_record(RecordKind::header, content.bytes);
+    return file.bytes + finish_record(std::move(content));
 }
 
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film) {
     const Tile tile = header.grid.tile(index);
-    ByteWriter content;
+    std::size_t floats = 0;
+    for_each_row(header, tile, film, [&](const float*, std::size_t count) { floats += count; });
+    ByteWriter content = begin_record(RecordKind::tile, floats * sizeof(float) + size_of_report(report));
     content.put(index);
     content.put(tile);
     put_report(content, report);
     for_each_row(header, tile, film,
                  [&](const float* first, std::size_t count) { content.put_raw(first, count * sizeof(float)); });
-    return encode_record(RecordKind::tile, content.bytes);
+    return finish_record(std::move(content));
 }
 
 void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results) {
@@ -279,9 +304,9 @@ void write_part(const std::string& path, const TileFileHeader& header, const Fil
         write(encode_header(header));
         for (const auto& [index, report] : results.reports()) write(encode_tile(header, index, report, film));
         if (results.count() != header.part.tiles_of(header.grid)) return;
-        ByteWriter end;
+        ByteWriter end = begin_record(RecordKind::end, sizeof results.count());
         end.put(results.count());
-        write(encode_record(RecordKind::end, end.bytes));
+        write(finish_record(std::move(end)));
     });
 }
 

@@ -2,7 +2,7 @@
 /// journal of a render are tile files.
 ///
 /// A tile file consists of 16 bytes that identify it, the version of the format (32 bits), and records. A record
-/// consists of its kind (32 bits), the size of its content (64 bits), the content, and the FNV-1a hash of all these
+/// consists of its kind (32 bits), the size of its content (64 bits), the content, and the checksum of all these
 /// bytes (64 bits). The first record is the header. Each further record is a tile, in any order. The record `end`
 /// completes a part; a journal has none. Numbers are little-endian, floats are IEEE 754.
 #pragma once
@@ -46,6 +46,7 @@ struct TileFileHeader {
     std::vector<std::string> layers;
     std::uint32_t width = 0, height = 0;  ///< Size of the film.
     CropWindow window;
+    Tone tone;
     TileGrid grid{};
     PartNumber part;
 

@@ -60,6 +60,16 @@ void remark_on_media_without_bound(const Scene& scene, std::vector<std::string>&
                               ", because the scene states the steps there; the layer position_error includes it");
 }
 
+/// Adds a remark if an open shutter blurs nothing.
+void remark_on_shutter(const SceneDescription& scene, std::vector<std::string>& remarks) {
+    if (!scene.animation || scene.animation->keys.empty())
+        remarks.push_back("camera.shutter has no effect: the scene has no table [animation.set], so nothing moves");
+    else if (scene.film.spp == 1)
+        remarks.push_back(
+            "camera.shutter blurs nothing with film.spp = 1: the picture shows the middle of the time during "
+            "which the shutter is open; state film.spp, the number of moments that are averaged");
+}
+
 /// Greatest number of steps that float can count: it represents all whole numbers up to 2^24.
 constexpr std::uint32_t max_float_steps = 1u << 24;
 
@@ -87,6 +97,7 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
                    " takes steps of fixed length, which integrator.step sets");
     if (is_picture && description.camera.fov_location && description.camera.type != CameraType::perspective)
         add_remark("camera.fov has no effect: the camera is " + name_of(description.camera.type));
+    if (is_picture && description.camera.shutter > 0) remark_on_shutter(description, remarks);
     for (std::size_t i = 0; i < description.objects.size(); ++i) {
         const ObjectDescription& object = description.objects[i];
         if (!scene.geometry->comes_within(static_cast<std::uint32_t>(i), scene.limits.escape_radius))
@@ -119,9 +130,9 @@ View view_of_camera(const Scene& scene, const Options& options) {
 
 }  // namespace
 
-Plan make_plan(SceneDescription description, const Options& options, Purpose purpose) {
+Plan make_plan(SceneDescription description, const Options& options, Purpose purpose, const Scene* earlier) {
     const auto begin = std::chrono::steady_clock::now();
-    Plan plan = make_plan(make_scene(std::move(description), options, purpose), options, purpose);
+    Plan plan = make_plan(make_scene(std::move(description), options, purpose, earlier), options, purpose);
     plan.load_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return plan;
 }

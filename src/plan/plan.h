@@ -16,6 +16,7 @@ struct MethodTrial {
                              ///< reference if that is greater.
     bool bound_met = false;  ///< True if a method was found whose estimate is within the bound.
     std::string failure_reason;  ///< Reason why no method is known to meet the bound; empty if `bound_met`.
+    double operations = 0;       ///< Operations per ray of the method that was found; 0 if none was found.
     /// Share of ill-conditioned rays, whose conditioning exceeds 1000. Their pixel error is divided by
     /// conditioning/1000.
     double ill_conditioned_share = 0;
@@ -56,8 +57,9 @@ inline bool misses_stated_bound(const Plan& plan) {
 }
 
 /// Loads a scene and makes its plan. Throws InputError if scene and options state something impossible, such as a
-/// method that does not support the space, or a camera inside a surface.
-Plan make_plan(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture);
+/// method that does not support the space, or a camera inside a surface. For `earlier`, see make_scene.
+Plan make_plan(SceneDescription description, const Options& options, Purpose purpose = Purpose::picture,
+               const Scene* earlier = nullptr);
 
 /// Makes the plan of a scene that is already loaded. Plan::load_seconds stays 0.
 Plan make_plan(std::shared_ptr<const Scene> scene, const Options& options, Purpose purpose);

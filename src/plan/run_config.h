@@ -38,6 +38,8 @@ struct RunConfig {
     unsigned threads = 1;
     /// Number of surfaces after which a path is cut off; empty: all rays end at the first surface.
     std::optional<std::uint32_t> max_bounces;
+    /// True: paths take random branches at surfaces although a pixel has one ray, because it is one of several samples.
+    bool is_one_sample = false;
     std::optional<Schedule> schedule;  ///< Empty: schedule_of in render/schedule.h chooses one.
 };
 

@@ -7,12 +7,15 @@
 #include "plan/formula_space.h"
 #include "plan/names.h"
 #include "plan/units.h"
+#include "scene/print.h"
+#include "scene/value.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
 #include "spaces/formula_form.h"
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace kagero {
 namespace {
@@ -57,32 +60,17 @@ IntegratorDescription with_scaled_steps(const Scene& scene) {
 
 /// Restricts early capture by a black hole of mass M to rays that can no longer hit an object. The kernels capture an
 /// inward ray that cannot return at r = 3M, that is, at |q| = 3M without spin and at |q| ≤ √10 M with spin. If a
-/// surface lies within that radius, rays are captured only inside the innermost surface, or just above the horizon. The
-/// rays of a ray list are always integrated to just above the horizon, except those of a falling observer, which reach
-/// no horizon. With spin, the surface on which rays are captured is a spheroid.
-void limit_capture(const Scene& scene, const Options& options, Purpose purpose, RayLimits& limits) {
-    const Hole hole = scene.space.hole();
-    const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
+/// surface lies within that radius, rays are captured only inside the innermost surface, or just above the horizon. If
+/// `to_horizon` is true, all rays are integrated to just above the horizon. With spin, the surface on which rays are
+/// captured is a spheroid.
+void limit_capture(const Hole& hole, const SceneGeometry& geometry, bool to_horizon, RayLimits& limits) {
     const double greatest_capture_radius = std::sqrt(10.0) * hole.mass;
-    const double innermost_surface = to_horizon ? 0 : scene.geometry->distance_from_center(greatest_capture_radius);
+    const double innermost_surface = to_horizon ? 0 : geometry.distance_from_center(greatest_capture_radius);
     if (!(innermost_surface < greatest_capture_radius)) return;
     const double horizon = hole.mass + std::sqrt(std::max(0.0, hole.mass * hole.mass - hole.spin * hole.spin));
     const double equator = std::hypot(horizon, hole.spin);
     limits.capture_stretch = equator / horizon;
     limits.capture_radius = std::max((1 + 1e-3) * equator, (1 - 1e-4) * innermost_surface);
-}
-
-/// Returns the bounds for rays that hit no surface. In a wormhole, the second sheet is the image of the first sheet
-/// under inversion in the throat, and `integrator.escape_radius` is the proper distance |l| from the throat on both
-/// sheets.
-RayLimits ray_limits(const Scene& scene, const Options& options, Purpose purpose) {
-    const double throat = scene.space.throat_radius(), stated = scene.description.integrator.escape_radius;
-    RayLimits limits;
-    limits.escape_radius = throat > 0 ? 0.5 * (stated + std::sqrt(stated * stated + 4 * throat * throat)) : stated;
-    limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
-    limit_capture(scene, options, purpose, limits);
-    limits.chart_radius = chart_radius(scene.space, *scene.geometry);
-    return limits;
 }
 
 /// Returns the description of the scene in which a medium is the only space.
@@ -95,20 +83,50 @@ SceneDescription description_in_medium(const SceneDescription& scene, const Medi
     return description;
 }
 
-/// Returns the geometry of a space. Spaces with the same centre share it, except near spinning holes.
-std::shared_ptr<const SceneGeometry> geometry_of(const Scene& scene, const Scene* surrounding, Purpose purpose) {
+/// Returns everything that determines a geometry, as a text. Numbers in the text have all their digits.
+std::string geometry_inputs(const SceneDescription& scene, std::uint32_t cells,
+                            const std::optional<Spheroid>& reflected) {
+    std::string inputs = print_surfaces(scene) + to_toml(scene.space.center) + ' ' +
+                         to_toml(scene.integrator.escape_radius) + ' ' + std::to_string(cells) +
+                         (scene.integrator.cull ? " cull" : "");
+    if (reflected) inputs += " reflected " + to_toml(reflected->equator) + ' ' + to_toml(reflected->pole);
+    return inputs;
+}
+
+/// Data that frames can share, and the text that determines it.
+template <class Data>
+struct Shared {
+    std::shared_ptr<const Data> data;
+    std::string inputs;
+};
+
+/// Returns the geometry of a space. Spaces with the same centre share it, except near spinning holes. `earlier` is the
+/// same space in another frame, or null.
+Shared<SceneGeometry> geometry_of(const Scene& scene, const Scene* surrounding, Purpose purpose, const Scene* earlier) {
     const std::optional<Spheroid> reflected = horizon_of_spinning_hole(scene.space);
     if (surrounding && surrounding->description.space.center == scene.description.space.center && !reflected &&
         !horizon_of_spinning_hole(surrounding->space))
-        return surrounding->geometry;
-    return std::make_shared<const SceneGeometry>(scene.description, clearance_cells(scene, purpose), reflected);
+        return {surrounding->geometry, ""};
+    const std::uint32_t cells = clearance_cells(scene, purpose);
+    const std::string inputs = geometry_inputs(scene.description, cells, reflected);
+    if (earlier && earlier->geometry_inputs == inputs) return {earlier->geometry, inputs};
+    return {std::make_shared<const SceneGeometry>(scene.description, cells, reflected), inputs};
+}
+
+/// Returns the paints of a picture or ray list. `earlier` is the scene of another frame, or null.
+Shared<Paints> paints_of(const Scene& scene, Purpose purpose, const Scene* earlier) {
+    const std::string inputs = print_skies(scene.description);
+    if (earlier && earlier->geometry == scene.geometry && earlier->paint_inputs == inputs)
+        return {earlier->paints, inputs};
+    return {std::make_shared<const Paints>(scene.description, *scene.geometry, purpose == Purpose::picture), inputs};
 }
 
 /// Makes the scene of one space, without paints, sources and media. Lengths in the description are in units of `unit`.
 /// `surrounding` is the scene that contains a medium, or null. Rays end at the boundary of their medium, so the escape
-/// sphere of a medium contains all objects.
+/// sphere of a medium contains all objects. `earlier` is the scene of the same space in another frame, or null.
 std::shared_ptr<Scene> load_space(SceneDescription description, const Module& module, double unit,
-                                  const Scene* surrounding, const Options& options, Purpose purpose) {
+                                  const Scene* surrounding, const Options& options, Purpose purpose,
+                                  const Scene* earlier) {
     auto scene = std::make_shared<Scene>();
     scene->unit = unit;
     scene->description = std::move(description);
@@ -122,7 +140,9 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
     scene->space = make_space(s.space, module, s.integrator.escape_radius);
     scene->straight = scene->space.is_straight();
     if (surrounding && scene->straight) s.space.center = surrounding->description.space.center;
-    scene->geometry = geometry_of(*scene, surrounding, purpose);
+    const Shared<SceneGeometry> geometry = geometry_of(*scene, surrounding, purpose, earlier);
+    scene->geometry = geometry.data;
+    scene->geometry_inputs = geometry.inputs;
     if (surrounding)
         s.integrator.escape_radius =
             std::max(s.integrator.escape_radius,
@@ -130,11 +150,24 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
                          scene->geometry->diagonal());
     if (s.space.formula) s.integrator = with_scaled_steps(*scene);
     if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
-    scene->limits = ray_limits(*scene, options, purpose);
+    const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
+    scene->limits = ray_limits(scene->space, *scene->geometry, s.integrator.escape_radius, to_horizon);
     return scene;
 }
 
 }  // namespace
+
+RayLimits ray_limits(const Space& space, const SceneGeometry& geometry, double escape_radius, bool to_horizon) {
+    const double throat = space.throat_radius();
+    RayLimits limits;
+    limits.escape_radius = throat > 0
+                               ? 0.5 * (escape_radius + std::sqrt(escape_radius * escape_radius + 4 * throat * throat))
+                               : escape_radius;
+    limits.inner_escape_radius = throat > 0 ? throat * throat / limits.escape_radius : 0;
+    limit_capture(space.hole(), geometry, to_horizon, limits);
+    limits.chart_radius = chart_radius(space, geometry);
+    return limits;
+}
 
 std::uint32_t Scene::integrated_hamiltonian() const {
     return programs.empty() ? space.hamiltonian : hamiltonian_index(module(), formula_name);
@@ -148,21 +181,25 @@ Catalogue catalogue(const std::string& isa) {
     return c;
 }
 
-std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose) {
+std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose,
+                                        const Scene* earlier) {
     const Module& module = load_module(options.isa);
     const double unit = length_unit(description);
     convert_lengths(description, module, unit);
-    std::shared_ptr<Scene> scene = load_space(std::move(description), module, unit, nullptr, options, purpose);
+    if (earlier && earlier->unit != unit) earlier = nullptr;
+    std::shared_ptr<Scene> scene = load_space(std::move(description), module, unit, nullptr, options, purpose, earlier);
     const SceneDescription& s = scene->description;
     const Double3 camera = subtract(s.camera.position, s.space.center);
-    scene->paints = std::make_unique<const Paints>(s, *scene->geometry, purpose == Purpose::picture);
+    const Shared<Paints> paints = paints_of(*scene, purpose, earlier);
+    scene->paints = paints.data;
+    scene->paint_inputs = paints.inputs;
     scene->sources = make_sources(scene->space, s, purpose == Purpose::picture);
     check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,
                               purpose == Purpose::picture ? camera.data() : nullptr, scene->unit);
     if (has_boundaries(s)) scene->regions = std::make_unique<const Regions>(s, *scene->geometry, unit);
-    for (const MediumDescription& medium : s.media)
-        scene->media.push_back(
-            load_space(description_in_medium(s, medium), module, unit, scene.get(), options, Purpose::ray_list));
+    for (std::size_t i = 0; i < s.media.size(); ++i)
+        scene->media.push_back(load_space(description_in_medium(s, s.media[i]), module, unit, scene.get(), options,
+                                          Purpose::ray_list, earlier ? earlier->media[i].get() : nullptr));
     return scene;
 }
 
@@ -246,6 +283,18 @@ std::string why_failed(const Scene& scene, Precision precision, Failure failure)
         reason += "; or space.domain or space.capture is NaN there";
     if (formula && formula->parsed.length_scale >= 0) reason += "; or space.length_scale is not greater than 0 there";
     return reason;
+}
+
+std::string why_failed(const Scene& scene, Precision precision, const RayEnd& end) {
+    const std::string reason = why_failed(scene, precision, end.failure);
+    const auto& formula = scene.description.space.formula;
+    if (end.failure != Failure::hamiltonian_jumps || !formula) return reason;
+    const auto jump = jump_at(*formula, end);
+    if (!jump) return reason;
+    std::ostringstream text;
+    text << reason << ". With the momentum of the ray, H is " << jump->before << " before the jump and " << jump->behind
+         << " behind it";
+    return text.str();
 }
 
 }  // namespace kagero

@@ -22,6 +22,12 @@ struct RayLimits {
     double chart_radius = 0;  ///< Radius |q| inside which rays may be in ingoing coordinates (spaces/charts.h).
 };
 
+/// Returns the bounds for rays that hit no surface. `escape_radius` is integrator.escape_radius. In a wormhole, the
+/// second sheet is the image of the first sheet under inversion in the throat, and `escape_radius` is the proper
+/// distance |l| from the throat on both sheets. The rays of a ray list are always integrated to just above a horizon
+/// (`to_horizon`), except those of a falling observer, which reach no horizon.
+RayLimits ray_limits(const Space& space, const SceneGeometry& geometry, double escape_radius, bool to_horizon);
+
 /// A loaded scene.
 struct Scene {
     SceneDescription description;  ///< Lengths are in `unit`, except the step, whose unit depends on the method.
@@ -34,7 +40,9 @@ struct Scene {
     RayLimits limits;
     std::shared_ptr<const SceneGeometry> geometry;  ///< Relative to the centre of the space; media may share it.
     std::unique_ptr<const Regions> regions;         ///< Null if the scene has no boundaries of media.
-    std::unique_ptr<const Paints> paints;
+    std::shared_ptr<const Paints> paints;           ///< Contains pointers into `geometry`.
+    /// Texts that determine `geometry` and `paints`: scenes with equal texts can share them.
+    std::string geometry_inputs, paint_inputs;
     Sources sources;  ///< Contains pointers to other members.
     /// The spaces of the media, each with the objects of the scene in the coordinates of its space.
     std::vector<std::shared_ptr<const Scene>> media;
@@ -51,8 +59,10 @@ struct Scene {
 Catalogue catalogue(const std::string& isa);
 
 /// Loads the kernel module and the meshes, compiles formulas, and for pictures loads images. Throws InputError if any
-/// of them is invalid.
-std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose);
+/// of them is invalid. `earlier`, if not null, is the scene of another frame of the same animation, made with the same
+/// options. Its geometry and paints are used again if they would be the same.
+std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose,
+                                        const Scene* earlier = nullptr);
 
 /// Returns the diagonal of the bounding box of all objects, or the escape radius if there are none, in lengths of the
 /// scene file.
@@ -92,5 +102,7 @@ const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescal
 
 /// Returns the reason why a ray failed, with the keys of this scene that may be the cause.
 std::string why_failed(const Scene& scene, Precision precision, Failure failure);
+/// Returns the reason why this ray failed. It contains the values of H at a jump.
+std::string why_failed(const Scene& scene, Precision precision, const RayEnd& end);
 
 }  // namespace kagero

@@ -16,6 +16,8 @@ struct View {
     /// True if no map from directions to momenta exists. The momentum of each ray is then solved for numerically.
     bool solves_each_direction = false;
     Tile window{};  ///< Pixels to render.
+    /// Displacement of all rays in pixels, which `camera` contains already, except for an equirectangular camera.
+    std::array<double, 2> displacement{};
     std::uint32_t medium = 0;  ///< Medium around the camera (Plan::medium).
 };
 

@@ -11,6 +11,8 @@ namespace {
 /// Returns the direction of the ray through the point (x, y) of an equirectangular picture. Longitude and latitude are
 /// linear in x and y. The viewing direction is in the middle of the picture.
 Double3 equirectangular_direction(const Plan& plan, double x, double y) {
+    x += plan.view.displacement[0];
+    y += plan.view.displacement[1];
     const double longitude = (x / plan.description().film.width - 0.5) * 2 * std::numbers::pi;
     const double latitude = (0.5 - y / plan.description().film.height) * std::numbers::pi;
     const View& view = plan.view;
@@ -45,6 +47,14 @@ CameraRay ray_through(const Plan& plan, double x, double y) {
 }
 
 }  // namespace
+
+Plan with_displaced_rays(Plan plan, double x, double y) {
+    plan.view.displacement = {x, y};
+    CameraRays& c = plan.view.camera;
+    double* const origin = plan.description().camera.type == CameraType::orthographic ? c.position : c.corner;
+    for (std::size_t k = 0; k < 3; ++k) origin[k] += x * c.right[k] + y * c.down[k];
+    return plan;
+}
 
 Double3 camera_direction(const Plan& plan, double x, double y) {
     if (plan.description().camera.type == CameraType::equirectangular) return equirectangular_direction(plan, x, y);

@@ -20,4 +20,7 @@ RayStart pixel_ray_start(const Plan& plan, std::uint32_t x, std::uint32_t y);
 /// frame.
 Double3 camera_direction(const Plan& plan, double x, double y);
 
+/// Returns the plan with all rays displaced by a vector on the picture, in pixels.
+Plan with_displaced_rays(Plan plan, double x, double y);
+
 }  // namespace kagero

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "error.h"
+#include "film/tone.h"
 #include "formula/formula.h"
 #include "kernels/abi.h"
 
@@ -121,6 +122,7 @@ struct CameraDescription {
     Double3 position{}, look_at{}, up{0, 1, 0};
     double fov = 60;                   ///< Vertical field of view of a perspective camera, degrees.
     double height = 2;                 ///< Height of the picture of an orthographic camera, a length.
+    double shutter = 0;                ///< Share of the time of a frame during which the shutter is open, from 0 to 1.
     ObserverKind observer = ObserverKind::static_;
     std::optional<VelocityDescription> velocity;  ///< Replaces `observer` if the scene states it.
     FileLocation position_location;    ///< Position of the key `position`, for messages.
@@ -137,6 +139,7 @@ struct FilmDescription {
     std::uint32_t seed = 0;            ///< Seed for the positions of rays in a pixel, if spp > 1.
     std::vector<std::string> layers{"color"};
     std::uint32_t max_bounces = 8;  ///< Greatest number of mirrors and boundaries on the path of a pixel.
+    Tone tone;                      ///< Conversion of the colours for displays.
 };
 
 /// The paint of a surface or a sky.
@@ -201,6 +204,30 @@ struct ObjectDescription {
     FileLocation location;
 };
 
+/// One number of an animated key: a number, or a formula in frame, u, w and s.
+struct AnimatedNumber {
+    std::string text;  ///< The number or formula as a TOML value.
+    FileLocation location;
+};
+
+/// A key of a scene whose value depends on the frame.
+struct AnimatedKey {
+    std::string key;                ///< As written, such as "camera.position".
+    std::vector<std::string> path;  ///< The parts of the key: "camera", "position".
+    std::vector<AnimatedNumber> numbers;
+    bool is_array = false;  ///< True if the value is an array, even if it has one element.
+    FileLocation location;  ///< Position of the key, for messages.
+};
+
+/// The table [animation], and the frame of which the other tables of a description have their values.
+struct AnimationDescription {
+    std::uint32_t frames = 1;
+    double fps = 24;                ///< Frames per second.
+    std::vector<AnimatedKey> keys;  ///< The table [animation.set], without keys that an override sets.
+    double frame = 0;               ///< Number of the frame from 0; a fraction lies between two frames.
+    std::vector<std::pair<std::string, std::string>> values;  ///< The animated keys with their values as TOML.
+};
+
 /// A whole scene.
 struct SceneDescription {
     std::string path;                              ///< Path of the scene file, as stated by the user.
@@ -214,6 +241,7 @@ struct SceneDescription {
     SkyDescription far_sky;                        ///< Sky of the second sheet, or of the region of far_domain.
     std::vector<ObjectDescription> objects;
     std::vector<MediumDescription> media;
+    std::optional<AnimationDescription> animation;  ///< Only if the scene has the table [animation].
 };
 
 /// Returns the name of the medium with this index: "space" for 0.

@@ -109,13 +109,12 @@ void erase_other_motion(Value& camera, const Value& entry) {
 
 }  // namespace
 
-void apply_override(Value& root, const std::string& override_text, const std::string& option) {
-    constexpr std::size_t max_length = 100;  // bytes; a formula may be long
-    const FileLocation location{option.size() > max_length ? option.substr(0, max_length) + "…" : option, 0, 0};
+std::vector<std::string> keys_of_path(const std::string& path, const FileLocation& location) {
     std::size_t equals = 0;
-    std::vector<std::string> path = split_path(override_text, equals, location);
-    Value value = parse_toml_value(trimmed(override_text.substr(equals + 1)), location);
+    return split_path(path.find('=') == std::string::npos ? path + '=' : path, equals, location);
+}
 
+void set_value(Value& root, const std::vector<std::string>& path, Value value, const FileLocation& location) {
     Value* table = &root;
     std::size_t first_key = 0;  // index in `path` of the first key below `table`
     if (path[0] == "object" || path[0] == "medium") {
@@ -134,6 +133,14 @@ void apply_override(Value& root, const std::string& override_text, const std::st
                                   [&](const Value& item) { return item.key == value.key; });
     if (old != table->items.end()) *old = value;
     else table->items.push_back(value);
+}
+
+void apply_override(Value& root, const std::string& override_text, const std::string& option) {
+    constexpr std::size_t max_length = 100;  // bytes; a formula may be long
+    const FileLocation location{option.size() > max_length ? option.substr(0, max_length) + "…" : option, 0, 0};
+    std::size_t equals = 0;
+    const std::vector<std::string> path = split_path(override_text, equals, location);
+    set_value(root, path, parse_toml_value(trimmed(override_text.substr(equals + 1)), location), location);
 }
 
 }  // namespace kagero

@@ -211,6 +211,7 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera, bool
     if (camera.velocity) line("velocity", *camera.velocity);
     else line("observer", name_of(camera.observer));
     if (has_boundaries || camera.medium_location) line("medium", camera.medium);
+    line("shutter", camera.shutter);
 }
 
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
@@ -219,17 +220,55 @@ void print_sky(std::ostringstream& out, const std::string& name, const SkyDescri
     KeyLine{out}("pole", sky.pole);
 }
 
+/// Writes the tables [animation] and [animation.set].
+void print_animation(std::ostringstream& out, const AnimationDescription& animation) {
+    const KeyLine line{out};
+    out << "\n[animation]\n";
+    line("frames", animation.frames);
+    line("fps", animation.fps);
+    if (animation.keys.empty()) return;
+    out << "\n[animation.set]\n";
+    for (const AnimatedKey& key : animation.keys) {
+        std::string numbers;
+        for (const AnimatedNumber& number : key.numbers) append_to_list(numbers, number.text);
+        out << to_toml(key.key) << " = " << (key.is_array ? '[' + numbers + ']' : numbers) << '\n';
+    }
+}
+
+void print_skies(std::ostringstream& out, const SceneDescription& scene) {
+    print_sky(out, "sky", scene.sky);
+    if (scene.space.has_second_sheet) print_sky(out, "sky.far", scene.far_sky);
+}
+
+bool has_material(const SceneDescription& scene, Material material) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const ObjectDescription& object) { return object.material == material; });
+}
+
+void print_objects(std::ostringstream& out, const SceneDescription& scene) {
+    const bool has_materials = has_material(scene, Material::boundary) || has_material(scene, Material::mirror);
+    for (const ObjectDescription& object : scene.objects) print_object(out, scene, object, has_materials);
+}
+
 }  // namespace
+
+std::string print_surfaces(const SceneDescription& scene) {
+    std::ostringstream out;
+    print_objects(out, scene);
+    return out.str();
+}
+
+std::string print_skies(const SceneDescription& scene) {
+    std::ostringstream out;
+    print_skies(out, scene);
+    return out.str();
+}
 
 std::string print_scene(const SceneDescription& scene) {
     std::ostringstream out;
     const KeyLine line{out};
-    const auto has_material = [&](Material material) {
-        return std::any_of(scene.objects.begin(), scene.objects.end(),
-                           [&](const ObjectDescription& object) { return object.material == material; });
-    };
-    const bool has_boundaries = has_material(Material::boundary),
-               has_materials = has_boundaries || has_material(Material::mirror);
+    const bool has_boundaries = has_material(scene, Material::boundary),
+               has_materials = has_boundaries || has_material(scene, Material::mirror);
     out << "[space]\n";
     print_space(out, scene.space, "space");
     print_integrator(out, scene.integrator, "integrator");
@@ -239,14 +278,16 @@ std::string print_scene(const SceneDescription& scene) {
     out << "\n[film]\nsize = [" << scene.film.width << ", " << scene.film.height << "]\n";
     line("spp", scene.film.spp);
     line("seed", scene.film.seed);
+    line("exposure", scene.film.tone.exposure);
+    line("tone", tone_curve_names()[static_cast<std::size_t>(scene.film.tone.curve)]);
     std::string layers;
     for (const std::string& layer : scene.film.layers) append_to_list(layers, to_toml(layer));
     out << "layers = [" << layers << "]\n";
     if (has_materials || scene.film.max_bounces != FilmDescription().max_bounces)
         line("max_bounces", scene.film.max_bounces);
-    print_sky(out, "sky", scene.sky);
-    if (scene.space.has_second_sheet) print_sky(out, "sky.far", scene.far_sky);
-    for (const ObjectDescription& object : scene.objects) print_object(out, scene, object, has_materials);
+    print_skies(out, scene);
+    print_objects(out, scene);
+    if (scene.animation) print_animation(out, *scene.animation);
     return out.str();
 }
 

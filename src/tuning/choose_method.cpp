@@ -64,18 +64,6 @@ std::string remark_on_unmet(const Plan& plan, const MethodTrial& trial, bool run
     return remark.str();
 }
 
-/// Returns the plan's configuration with the given method and step, and the kernel that the options request.
-std::optional<RunConfig> run_config_with(const Plan& plan, Variant variant) {
-    KernelRequest request = plan.run.kernel_request;
-    request.precision = request.precision.value_or(Precision::float64);
-    const KernelInfo* kernel = find_kernel(*plan.scene, variant.method, request);
-    if (!kernel) return {};
-    variant.kernel = kernel;
-    RunConfig run = run_config_with_variant(plan, variant);
-    run.max_steps = plan.description().integrator.max_steps;
-    return run;
-}
-
 /// Returns the plan's configuration with the method of the reference, which is used if no other method is known to meet
 /// the bound. Returns nothing if the scene states a method, or if there is no reference.
 std::optional<RunConfig> run_config_with_reference(const Plan& plan, const MethodSearch& search) {
@@ -88,6 +76,17 @@ std::optional<RunConfig> run_config_with_reference(const Plan& plan, const Metho
 }
 
 }  // namespace
+
+std::optional<RunConfig> run_config_with(const Plan& plan, Variant variant) {
+    KernelRequest request = plan.run.kernel_request;
+    request.precision = request.precision.value_or(Precision::float64);
+    const KernelInfo* kernel = find_kernel(*plan.scene, variant.method, request);
+    if (!kernel) return {};
+    variant.kernel = kernel;
+    RunConfig run = run_config_with_variant(plan, variant);
+    run.max_steps = plan.description().integrator.max_steps;
+    return run;
+}
 
 bool needs_method_search(const Plan& plan) {
     const IntegratorDescription& stated = plan.description().integrator;
@@ -106,6 +105,7 @@ Plan choose_method(Plan plan, const RunControl& control) {
     if (search.best) {
         const auto run = run_config_with(plan, search.best->variant);
         trial.bound_met = run.has_value();
+        trial.operations = search.best->operations;
         if (run) plan.run = *run;
         else trial.failure_reason = "no kernel of the requested strategy and lanes supports the best method";
         const RayErrors& errors = search.best->errors;

@@ -1,7 +1,7 @@
 /// Choice of the method and its step for a picture, by trial rays.
 #pragma once
 
-#include "plan/plan.h"
+#include "plan/variant.h"
 #include "render/run_report.h"
 
 namespace kagero {
@@ -12,6 +12,10 @@ inline constexpr double default_max_pixel_error = 0.05;
 /// Returns true if trial rays choose the method or its step: the scene bounds the pixel error, or states no step and
 /// tolerance.
 bool needs_method_search(const Plan& plan);
+
+/// Returns the plan's configuration with the given method and step, and the kernel that the options request; nullopt if
+/// there is no such kernel.
+std::optional<RunConfig> run_config_with(const Plan& plan, Variant variant);
 
 /// Traces a sparse grid of the film's rays in double, with several methods. Chooses the method and step, or tolerance,
 /// that keep the error of 99 % of these rays within the bound with the fewest floating-point operations. The bound is

@@ -1,7 +1,5 @@
 #include "tuning/resolve.h"
 
-#include "tuning/choose_method.h"
-#include "tuning/precision.h"
 #include "tuning/step_bound.h"
 
 namespace kagero {
@@ -12,18 +10,10 @@ Plan resolve(SceneDescription description, const Options& options, Purpose purpo
 
 Plan tune(Plan plan, const Options& options, Purpose purpose, const RunControl& trial_control) {
     plan = choose_step_bound(std::move(plan), options, purpose);
-    return purpose == Purpose::picture ? choose_by_trial(std::move(plan), trial_control) : plan;
-}
-
-Plan choose_by_trial(Plan plan, const RunControl& trial_control) {
-    if (needs_method_search(plan)) {
-        plan = choose_method(std::move(plan), trial_control);
-    } else {
-        plan.decisions.tuning.push_back({"choice of method and step by a trial", false,
-                                         plan.scene->straight ? "all rays are straight"
-                                                              : "the scene states the step or the tolerance"});
-    }
-    return choose_precision(std::move(plan), trial_control.stop);
+    if (purpose != Purpose::picture) return plan;
+    if (!has_changing_frames(plan.description())) return choose_by_trial(std::move(plan), trial_control);
+    return with_choice(std::move(plan), choose_for_animation(plan.description(), options, trial_control),
+                       trial_control);
 }
 
 }  // namespace kagero

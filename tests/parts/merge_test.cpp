@@ -53,6 +53,14 @@ protected:
 
 TEST_P(Gallery, IsTheSamePictureInParts) { expect_same_picture({"film.size=[160,110]"}); }
 
+TEST_F(PartTest, MergedPictureHasTheToneOfTheScene) {
+    Options options;
+    const Plan plan = *plan_of_file(scene_file("kerr.toml"), {"film.size=[48,32]", "film.exposure=0.5"}, options);
+    const MergedPicture merged = merge_parts(render_parts(plan, options, 2), Missing::refused);
+    EXPECT_EQ(merged.film.tone().exposure, 0.5);
+    EXPECT_EQ(merged.film.tone().curve, ToneCurve::filmic);
+}
+
 // The film has an odd size, so that blocks of 2 × 2 pixels extend beyond it, and only six tiles, so that one of seven
 // parts is empty.
 TEST_P(Gallery, IsTheSameInAllLayers) {

@@ -1,5 +1,6 @@
 // kagero render: renders a scene to a picture.
 #include "accuracy/end_errors.h"
+#include "cli/frame_job.h"
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/paths.h"
@@ -9,12 +10,12 @@
 #include "error.h"
 #include "film/map.h"
 #include "film/write_film.h"
+#include "frames/sub_frames.h"
 #include "plan/names.h"
 #include "rays/camera.h"
 #include "report/run_json.h"
 #include "report/text/numbers.h"
 #include "report/warnings.h"
-#include "tuning/trial_run.h"
 
 #include <algorithm>
 #include <chrono>
@@ -30,8 +31,8 @@ namespace {
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
-               "File for the picture. .exr holds all layers; .png, .jpg, .pfm and other formats hold the layer color "
-               "only. Default: SCENE.exr in the working directory",
+               "File for the picture. .exr holds all layers; .npy and .pfm hold one layer as floats; .png, .jpg and "
+               "other formats hold the layer color only. Default: SCENE.exr in the working directory",
                "FILE");
     add_crop(app, arguments);
     add_option(app, "--pixel", arguments.pixel,
@@ -46,6 +47,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_flag(app, "--maps", arguments.maps,
              "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
     add_tile_options(app, arguments);
+    add_frame_options(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);
     add_execution(app, arguments);
@@ -84,8 +86,9 @@ void write_snapshot(const Plan& plan, const Film& film, const std::string& path,
     }
 }
 
-RunReport render_with_progress(const Plan& plan, Film& film, TileJob& job, const std::string& output,
-                               double time_limit, const Terminal& terminal) {
+/// Renders the picture or part. `sub_frames`, if not null, supplies the sub-frames of which the picture is the mean.
+RunReport render_with_progress(const Plan& plan, Film& film, TileJob& job, FramePlans* sub_frames,
+                               const std::string& output, double time_limit, const Terminal& terminal) {
     ProgressLine line(terminal);
     RunControl control;
     control.progress = [&](double done, double seconds) { line.show(done, seconds); };
@@ -97,23 +100,9 @@ RunReport render_with_progress(const Plan& plan, Film& film, TileJob& job, const
         if (so_far) return write_snapshot(plan, *so_far, output, terminal, line);
         line.print_message([&] { terminal.warning("not enough memory for a snapshot; rendering continues"); });
     };
+    if (sub_frames) return render_sub_frames(*sub_frames, plan, 0, film, control);
     if (!job.is_used()) return render_with_errors(plan, film, control);
     return render_tiles(plan, job.header, film, job.results, job.journal ? &*job.journal : nullptr, control);
-}
-
-/// Returns the layers among `names` that contain numbers, for which --maps writes files; none without --maps. Throws
-/// InputError if --maps is given and no layer contains numbers.
-std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const std::vector<std::string>& names) {
-    std::vector<const LayerInfo*> mapped;
-    if (!arguments.maps) return mapped;
-    for (const LayerInfo& layer : all_layers())
-        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end())
-            mapped.push_back(&layer);
-    if (mapped.empty())
-        throw InputError(
-            "--maps: film.layers contains no layer of numbers; add one with --layers, or leave --maps out "
-            "(see `kagero list layers`)");
-    return mapped;
 }
 
 void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, const std::string& output,
@@ -150,14 +139,6 @@ void print_result(const RunReport& report, const TileJob& job, const std::string
         ending = (report.out_of_time ? "the time limit was reached; " : "interrupted; ") + ending;
     terminal.note(ending + " (" + rounded(rays) + " rays in " + rounded(report.seconds) + " s, " +
                   rounded(report.seconds > 0 ? rays / report.seconds : 0) + " rays/s)");
-}
-
-/// Returns the warnings about a picture. Without an error that trial rays have confirmed, a few rays test whether H is
-/// conserved.
-std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report) {
-    const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
-    if (!is_confirmed && !(plan.run.outputs & output_energy)) report.energy_error = trace_trial(plan).energy_error;
-    return warnings_of(plan, report, "and are black");
 }
 
 /// Throws InputError for options that cannot be combined with --pixel, or that need it.
@@ -226,6 +207,19 @@ double write_result(TileJob& job, const Plan& plan, const Film& film, const RunR
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+/// Returns the plans of the sub-frames if frame 0 consists of several; otherwise null. Throws InputError for --part and
+/// --resume, which need tiles that are finished one after another.
+std::unique_ptr<FramePlans> sub_frames_of(const Arguments& arguments, const Options& options,
+                                          const SceneDescription& scene, const Terminal& terminal) {
+    if (!has_sub_frames(scene)) return nullptr;
+    if (!arguments.part.empty() || arguments.resume)
+        throw InputError(std::string(arguments.resume ? "--resume" : "--part") +
+                         " cannot be combined with "
+                         "camera.shutter > 0, because all tiles are finished at the same time; render whole frames, or "
+                         "state -D camera.shutter=0");
+    return frame_plans_with_progress(scene, options, terminal);
+}
+
 int render_picture(const Arguments& arguments, Options options, SceneDescription scene, const Terminal& terminal) {
     TileJob job;
     job.part = part_of(arguments);
@@ -239,14 +233,15 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (!job.part) prepare_to_write(output);
     });
-    const Plan plan = plan_of(job, std::move(scene), options, terminal);
+    const std::unique_ptr<FramePlans> sub_frames = sub_frames_of(arguments, options, scene, terminal);
+    const Plan plan = sub_frames ? sub_frames->first() : plan_of(job, std::move(scene), options, terminal);
     // Until here, an interrupt terminates the program, because there are no results to keep.
     const InterruptGuard interrupts;
     print_plan(plan, terminal);
     Film film = film_of(plan);
     begin_tiles(job, plan, film, terminal);
     writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
-    const RunReport report = render_with_progress(plan, film, job, output, time_limit, terminal);
+    const RunReport report = render_with_progress(plan, film, job, sub_frames.get(), output, time_limit, terminal);
     const double write_seconds = write_result(job, plan, film, report, output);
     if (!keeps_journal_only(job, report)) write_maps(film, mapped, output, terminal);
     return conclude(plan, report, job, write_seconds, output, arguments.json, terminal);
@@ -259,6 +254,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     request_columns(arguments, options);
     SceneDescription scene = scene_of(arguments, options);
     check_crop(arguments, options, scene.film);
+    if (!arguments.frames.empty())
+        return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal);
+    check_picture_output(arguments);
     if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal);
     // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
     // invisible in a picture.

@@ -1,5 +1,6 @@
 #include "scene/load/load.h"
 
+#include "animation/animation.h"
 #include "scene/load/load_formula.h"
 #include "scene/load/load_integrator.h"
 #include "scene/load/load_material.h"
@@ -21,25 +22,6 @@
 namespace kagero {
 
 namespace {
-
-/// Returns the text of a scene file. The size limit bounds the memory for files that never end, such as /dev/zero.
-std::string read_text(const std::string& path) {
-    constexpr std::size_t max_size = std::size_t{64} << 20;
-    std::error_code error;
-    if (std::filesystem::is_directory(path, error))
-        throw InputError({path, 0, 0}, "this is a directory, not a scene file; name a .toml file");
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw InputError({path, 0, 0}, std::string("this scene file cannot be opened: ") + std::strerror(errno));
-    std::string text;
-    char buffer[1 << 16];
-    while (file.read(buffer, sizeof buffer), file.gcount() > 0) {
-        text.append(buffer, static_cast<std::size_t>(file.gcount()));
-        if (text.size() > max_size)
-            throw InputError({path, 0, 0}, "this file is larger than 64 MiB, the limit for scene files");
-    }
-    if (file.bad()) throw RunError("reading '" + path + "' failed before the end of the file");
-    return text;
-}
 
 /// Throws InputError if the viewing direction of the camera is zero, or if `up` is zero or parallel to it.
 void check_view(const Section& section, const CameraDescription& camera) {
@@ -99,7 +81,8 @@ void load_camera_medium(const Section& section, const std::vector<MediumDescript
 CameraDescription load_camera(const Section& section, SpaceDescription& space,
                               const std::vector<MediumDescription>& media, SceneUse use) {
     CameraDescription camera;
-    std::vector<std::string> keys{"type", "position", "look_at", "up", "fov", "observer", "velocity", "medium"};
+    std::vector<std::string> keys{"type",     "position", "look_at", "up",     "fov",
+                                  "observer", "velocity", "medium",  "shutter"};
     if (const Value* type = find(section, "type")) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }
@@ -115,12 +98,13 @@ CameraDescription load_camera(const Section& section, SpaceDescription& space,
     read(section, "fov", camera.fov, {0, 180, true, true});
     if (const Value* fov = find(section, "fov")) camera.fov_location = fov->location;
     read(section, "height", camera.height, positive_length);
+    read(section, "shutter", camera.shutter, {0, 1});
     if (use == SceneUse::picture) check_view(section, camera);
     return camera;
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    check_keys(section, {"size", "spp", "seed", "layers", "max_bounces"});
+    check_keys(section, {"size", "spp", "seed", "layers", "max_bounces", "exposure", "tone"});
     FilmDescription film;
     const Value& size = require(section, "size");
     if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "an array [width, height]");
@@ -132,6 +116,9 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
     }
     if (const Value* bounces = find(section, "max_bounces"))
         film.max_bounces = to_count(*bounces, "film.max_bounces", 0, 1000);
+    read(section, "exposure", film.tone.exposure, {-max_exposure, max_exposure});
+    if (const Value* tone = find(section, "tone"))
+        film.tone.curve = static_cast<ToneCurve>(to_choice(*tone, "film.tone", tone_curve_names()));
     if (const Value* chosen = find(section, "layers")) {
         if (chosen->kind != Value::Kind::array || chosen->items.empty())
             fail(*chosen, "film.layers", "an array of layer names");
@@ -169,39 +156,102 @@ SkyDescription load_far_sky(const Section& sky, const SpaceDescription& space, c
     return load_sky({far, "sky.far", far->location}, directory);
 }
 
-}  // namespace
+/// The overrides of a scene, with the paths of their keys.
+class ParsedOverrides {
+public:
+    explicit ParsedOverrides(const std::vector<Override>& overrides) : overrides_(overrides) {
+        for (const Override& entry : overrides) paths_.push_back(keys_of_path(entry.text, {option_of(entry), 0, 0}));
+    }
+    /// Applies the overrides of the table [animation], or all others.
+    void apply(Value& root, bool to_animation) const {
+        for (std::size_t i = 0; i < overrides_.size(); ++i)
+            if ((paths_[i].front() == "animation") == to_animation)
+                apply_override(root, overrides_[i].text, option_of(overrides_[i]));
+    }
+    const std::vector<std::vector<std::string>>& paths() const { return paths_; }
 
-SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue,
-                            SceneUse use) {
-    return load_scene_text(read_text(path), path, overrides, catalogue, use);
-}
-
-SceneDescription load_scene_text(const std::string& text, const std::string& path,
-                                 const std::vector<Override>& overrides, const Catalogue& catalogue, SceneUse use) {
-    SceneDescription scene;
-    scene.path = path;
-    scene.text = text;
-    Value root = parse_toml(scene.text, path);
-    root.location = {path, 1, 1};
-    for (const Override& entry : overrides) {
-        scene.overrides.push_back(entry.text);
-        apply_override(root, entry.text, entry.option.empty() ? "-D " + entry.text : entry.option);
+private:
+    static std::string option_of(const Override& entry) {
+        return entry.option.empty() ? "-D " + entry.text : entry.option;
     }
 
-    check_keys({&root, "", root.location}, {"space", "medium", "integrator", "camera", "film", "sky", "object"});
-    const std::string directory = std::filesystem::path(path).parent_path().string();
+    const std::vector<Override>& overrides_;
+    std::vector<std::vector<std::string>> paths_;
+};
+
+/// Reads all tables of a document, except [animation].
+void load_tables(const Value& root, const Catalogue& catalogue, SceneUse use, SceneDescription& scene) {
+    check_keys({&root, "", root.location},
+               {"space", "medium", "integrator", "camera", "film", "sky", "object", "animation"});
+    const std::string directory = std::filesystem::path(scene.path).parent_path().string();
     scene.space = load_space(section(root, "space"), catalogue, SpaceTable::space);
     scene.integrator = load_integrator(section(root, "integrator"), scene.space, catalogue);
     scene.media = load_media(root, scene, catalogue);
-    if (use == SceneUse::single_rays) add_default_view(root, scene);
-    scene.camera = load_camera(section(root, "camera"), scene.space, scene.media, use);
-    scene.film = load_film(section(root, "film"), catalogue.layers);
+    Value with_view = root;
+    if (use == SceneUse::single_rays) add_default_view(with_view, scene);
+    scene.camera = load_camera(section(with_view, "camera"), scene.space, scene.media, use);
+    scene.film = load_film(section(with_view, "film"), catalogue.layers);
     const Section sky = section(root, "sky");
     scene.sky = load_sky(sky, directory);
     scene.far_sky = load_far_sky(sky, scene.space, directory);
     scene.objects = load_objects(root, directory, scene.space, scene.media);
     check_falling_camera(scene, catalogue);
+}
+
+}  // namespace
+
+std::string scene_text(const std::string& path) {
+    // The size limit bounds the memory for files that never end, such as /dev/zero.
+    constexpr std::size_t max_size = std::size_t{64} << 20;
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error))
+        throw InputError({path, 0, 0}, "this is a directory, not a scene file; name a .toml file");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError({path, 0, 0}, std::string("this scene file cannot be opened: ") + std::strerror(errno));
+    std::string text;
+    char buffer[1 << 16];
+    while (file.read(buffer, sizeof buffer), file.gcount() > 0) {
+        text.append(buffer, static_cast<std::size_t>(file.gcount()));
+        if (text.size() > max_size)
+            throw InputError({path, 0, 0}, "this file is larger than 64 MiB, the limit for scene files");
+    }
+    if (file.bad()) throw RunError("reading '" + path + "' failed before the end of the file");
+    return text;
+}
+
+SceneDescription load_scene(const std::string& path, const std::vector<Override>& overrides, const Catalogue& catalogue,
+                            SceneUse use, double frame) {
+    return load_scene_text(scene_text(path), path, overrides, catalogue, use, frame);
+}
+
+SceneDescription load_scene_text(const std::string& text, const std::string& path,
+                                 const std::vector<Override>& overrides, const Catalogue& catalogue, SceneUse use,
+                                 double frame) {
+    SceneDescription scene;
+    scene.path = path;
+    scene.text = text;
+    for (const Override& entry : overrides) scene.overrides.push_back(entry.text);
+    Value root = parse_toml(scene.text, path);
+    root.location = {path, 1, 1};
+    const ParsedOverrides parsed(overrides);
+    parsed.apply(root, true);
+    scene.animation = load_animation(root);
+    if (scene.animation)
+        for (const auto& key : parsed.paths()) fix_key(*scene.animation, key);
+    try {
+        if (scene.animation) set_frame(root, *scene.animation, frame);
+        parsed.apply(root, false);
+        load_tables(root, catalogue, use, scene);
+    } catch (const InputError& error) {  // the values of the frame may be the reason
+        if (scene.animation && !scene.animation->keys.empty()) throw in_frame(error, frame);
+        throw;
+    }
     return scene;
+}
+
+SceneDescription load_frame(const SceneDescription& scene, const Catalogue& catalogue, double frame) {
+    return load_scene_text(scene.text, scene.path, {scene.overrides.begin(), scene.overrides.end()}, catalogue,
+                           SceneUse::picture, frame);
 }
 
 }  // namespace kagero

@@ -1,0 +1,119 @@
+#include "parts/entry_journal.h"
+
+#include "error.h"
+#include "parts/bytes.h"
+#include "parts/identity.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace kagero {
+namespace {
+
+constexpr std::size_t hash_digits = 16;
+constexpr const char* entry_journal_kind = "kagero entries 1";
+
+std::string hexadecimal(std::uint64_t number) {
+    std::ostringstream text;
+    text << std::hex;
+    text.width(hash_digits);
+    text.fill('0');
+    text << number;
+    return text.str();
+}
+
+/// Returns the JSON of a line; null if the line is not complete or was changed.
+Json json_of_line(const std::string& line) {
+    if (line.size() <= hash_digits || line[hash_digits] != ' ') return {};
+    const std::string text = line.substr(hash_digits + 1);
+    if (hexadecimal(checksum(text)) != line.substr(0, hash_digits)) return {};
+    return Json::parse(text, nullptr, false);
+}
+
+Properties identity_of_line(const Json& line) {
+    Properties identity;
+    for (const auto& [name, value] : line["identity"].items())
+        if (value.is_string()) identity.emplace_back(name, value);
+    return identity;
+}
+
+}  // namespace
+
+EntryJournal::EntryJournal(std::string path, const Properties& identity) : path_(std::move(path)) {
+    file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (file_ < 0) throw InputError("cannot open the journal '" + path_ + "': " + std::strerror(errno));
+    try {
+        if (flock(file_, LOCK_EX | LOCK_NB) != 0)
+            throw InputError("another process uses the journal '" + path_ + "'; wait until it ends");
+        read(identity);
+    } catch (...) {
+        close(file_);
+        throw;
+    }
+}
+
+EntryJournal::~EntryJournal() { close(file_); }
+
+/// Reads all complete lines and cuts the file after them. Writes the first line of a new journal.
+void EntryJournal::read(const Properties& identity) {
+    std::ifstream in(path_, std::ios::binary);
+    std::uint64_t valid = 0;
+    std::string line;
+    for (bool is_first = true; std::getline(in, line) && !in.eof(); is_first = false) {
+        const Json json = json_of_line(line);
+        if (is_first && (!json.is_object() || json.value("kind", "") != entry_journal_kind))
+            throw InputError(path_ + " is not a journal of this verb; remove it, or choose another folder with -o");
+        if (!json.is_object()) break;
+        if (is_first) {
+            const std::string difference = describe_difference(identity_of_line(json), path_, identity, "this run");
+            if (!difference.empty())
+                throw InputError("the journal belongs to another run: " + difference + "; run as before, or remove " +
+                                 path_ + " to begin again");
+        } else {
+            entries_[json["name"]] = json["entry"];
+        }
+        valid += line.size() + 1;
+    }
+    if (ftruncate(file_, static_cast<off_t>(valid)) != 0 || lseek(file_, 0, SEEK_END) < 0)
+        throw RunError("cannot write the journal '" + path_ + "': " + std::strerror(errno));
+    if (valid > 0) return;
+    Json first;
+    first["kind"] = entry_journal_kind;
+    for (const auto& [name, value] : identity) first["identity"][name] = value;
+    write_line(first);
+}
+
+void EntryJournal::write_line(const Json& json) {
+    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace),
+                      line = hexadecimal(checksum(text)) + ' ' + text + '\n';
+    const ssize_t written = ::write(file_, line.data(), line.size());
+    if (written != static_cast<ssize_t>(line.size()))
+        throw RunError("cannot write the journal '" + path_ +
+                       "': " + (written < 0 ? std::strerror(errno) : "the disk may be full") +
+                       "; the finished entries remain in it, and the same command continues");
+    fdatasync(file_);  // without support of the file system, the data is in the hands of the system
+}
+
+const Json* EntryJournal::find(const std::string& name) const {
+    const auto found = entries_.find(name);
+    return found == entries_.end() ? nullptr : &found->second;
+}
+
+void EntryJournal::append(const std::string& name, const Json& entry) {
+    write_line({{"name", name}, {"entry", entry}});
+    entries_[name] = entry;
+}
+
+void EntryJournal::remove() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+}
+
+}  // namespace kagero

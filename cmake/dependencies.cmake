@@ -29,3 +29,21 @@ endif()
 find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp REQUIRED)
 add_library(kagero_xsimd INTERFACE)
 target_include_directories(kagero_xsimd SYSTEM INTERFACE ${XSIMD_INCLUDE_DIR})
+
+# Python runs scripts, and the Python module is built for it. The interpreter of the system is preferred, because other
+# ones that PATH may contain, such as those of pyenv, have no headers of Debian's packages. -DPython3_EXECUTABLE=FILE
+# selects another one.
+if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python3_EXECUTABLE /usr/bin/python3)
+endif()
+find_package(Python3 COMPONENTS Interpreter OPTIONAL_COMPONENTS Development.Module)
+if(KAGERO_PYTHON)
+  find_path(PYBIND11_INCLUDE_DIR pybind11/pybind11.h)
+  if(NOT Python3_Development.Module_FOUND OR NOT PYBIND11_INCLUDE_DIR)
+    message(STATUS "The Python module is not built: the headers of Python or pybind11 are missing; "
+                   "`.ci/setup test` installs their packages python3-dev and pybind11-dev")
+    set(KAGERO_PYTHON OFF)
+  endif()
+endif()
+set(KAGERO_PYTHON_DIR lib/python3/dist-packages CACHE STRING
+    "Folder of the Python package, relative to the prefix; two folders below it")

@@ -8,6 +8,13 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/scenes/ DESTINATION ${CMAKE_INSTALL_DATADI
 install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
+# The Python package is where Debian's interpreter searches for packages. Its module finds the kernel modules relative
+# to its own path.
+if(KAGERO_PYTHON)
+  install(DIRECTORY ${CMAKE_BINARY_DIR}/python/kagero DESTINATION ${KAGERO_PYTHON_DIR}
+          PATTERN __pycache__ EXCLUDE)
+endif()
+
 # CMake package for other programs: find_package(kagero) provides the target kagero::kagero.
 include(CMakePackageConfigHelpers)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/kagero)
@@ -19,8 +26,7 @@ install(DIRECTORY ${CMAKE_SOURCE_DIR}/include/kagero DESTINATION ${CMAKE_INSTALL
         FILES_MATCHING PATTERN "*.h")
 
 # The man page and the bash completion are generated from the help texts of the program.
-find_package(Python3 COMPONENTS Interpreter)
-if(Python3_FOUND)
+if(Python3_Interpreter_FOUND)
   set(manual ${CMAKE_BINARY_DIR}/manual)
   add_custom_command(OUTPUT ${manual}/kagero.1.gz ${manual}/kagero.bash
     COMMAND Python3::Interpreter ${CMAKE_SOURCE_DIR}/cmake/manual.py $<TARGET_FILE:kagero> ${manual}
@@ -43,6 +49,9 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+if(KAGERO_PYTHON)
+  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # The program does not need the Python module.
+endif()
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS OFF)

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,9 @@ namespace kagero {
 
 /// A scene: a TOML file and overrides of its keys.
 struct SceneSource {
-    std::string file;
+    std::string file;  ///< Path of the file. Messages contain it, and relative paths in the scene start at its folder.
     std::vector<std::string> overrides{};  ///< "key.path=value", as with -D on the command line.
+    std::optional<std::string> text{};     ///< TOML text of the scene. Without it, the file is read.
 };
 
 /// The options of a run. They correspond to flags of the command line and have the same defaults.

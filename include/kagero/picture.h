@@ -8,6 +8,8 @@
 
 namespace kagero {
 
+class LoadedScene;
+
 /// A rendered picture: layers of floats, row by row from the top, channels interleaved.
 class KAGERO_PUBLIC Picture {
 public:
@@ -37,7 +39,7 @@ public:
 private:
     struct Content;
     explicit Picture(std::unique_ptr<Content> content);
-    friend KAGERO_PUBLIC Picture render_scene(const SceneSource&, const RunOptions&);
+    friend class LoadedScene;
     std::unique_ptr<Content> content_;
 };
 

@@ -24,9 +24,19 @@ struct TracedRay {
     std::uint32_t steps = 0;      ///< Number of integration steps.
     std::uint32_t gradients = 0;  ///< Number of evaluations of the gradient of H.
     double energy_error = 0;      ///< Greatest |H − H0| / (|p·∂H/∂p| + |H0|) along the ray; H0 is the exact value of H.
-    std::string reason;           ///< Reason why the ray failed; otherwise empty.
+    std::string reason;           ///< Reason why the ray failed or ended as `step_limit`; otherwise empty.
     std::optional<double> action{};  ///< ∫ p·dq along the ray, if requested; in a medium, the optical path length.
     std::optional<double> time{};    ///< ∫ ∂H/∂p_t dλ along the ray, if requested; in a spacetime, the coordinate time.
+    std::uint32_t bounces = 0;       ///< Number of surfaces that have sent the ray on.
+    std::string medium{"space"};     ///< Name of the medium at the end.
+    double weight = 1;               ///< Factor of the light at the end: the mean of the weights of the three colours.
+};
+
+/// Options of a list of rays.
+struct TraceOptions {
+    std::string observer{};              ///< As the argument of trace_rays.
+    std::uint32_t bounces = 0;           ///< Number of surfaces through which rays continue, 0 to 1000.
+    std::vector<std::string> columns{};  ///< As the argument of trace_rays.
 };
 
 /// Traces rays; element i of the result belongs to ray i. Directions are in the rest frame of `observer` ("static",

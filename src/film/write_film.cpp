@@ -2,7 +2,6 @@
 
 #include "error.h"
 #include "film/codec.h"
-#include "film/image.h"
 #include "film/partial_file.h"
 
 #include <algorithm>
@@ -15,9 +14,9 @@ namespace kagero {
 
 namespace {
 
-/// The content of a file: all layers, or only the layer `color`. Colours are encoded as 8-bit sRGB, as linear floats,
-/// or as a portable float map.
-enum class Encoding { layers, srgb8, linear, pfm };
+/// The content of a file: all layers, or only the layer `color`. Colours are encoded as 8-bit sRGB or as linear floats.
+/// A portable float map and a NumPy array contain the floats of one layer.
+enum class Encoding { layers, srgb8, linear, pfm, npy };
 
 /// A picture format, which the extension of the file name selects.
 struct Format {
@@ -32,6 +31,7 @@ constexpr Format formats[] = {
     {".jpeg", Encoding::srgb8, 65500}, {".tif", Encoding::srgb8},        {".tiff", Encoding::srgb8},
     {".bmp", Encoding::srgb8},         {".tga", Encoding::srgb8, 65535}, {".ppm", Encoding::srgb8},
     {".webp", Encoding::srgb8, 16383}, {".pfm", Encoding::pfm},          {".hdr", Encoding::linear},
+    {".npy", Encoding::npy},
 };
 
 // Value of the attribute DateTime. It replaces the current date, so that the same pixels give the same bytes.
@@ -55,10 +55,41 @@ const Format& format_of(const std::string& path) {
                      "; use one of the extensions " + extensions);
 }
 
+/// Returns true if files of this format contain the floats of one layer, which may be a layer of numbers.
+bool stores_one_layer(const Format& format) {
+    return format.encoding == Encoding::pfm || format.encoding == Encoding::npy;
+}
+
+/// Returns the name of the layer that a portable float map or a NumPy array contains. It is the only layer of a
+/// picture; a portable float map of several layers contains `color`. Throws InputError if there is no such layer.
+std::string single_layer(const std::string& path, const Format& format, const std::vector<std::string>& layers) {
+    if (layers.size() == 1) return layers.front();
+    const bool has_color = std::find(layers.begin(), layers.end(), "color") != layers.end();
+    if (format.encoding == Encoding::pfm && has_color) return "color";
+    std::string names;
+    for (const std::string& layer : layers) append_to_list(names, layer);
+    throw InputError("cannot write '" + path + "': " + format.extension + " stores one layer, and the picture has " +
+                     std::to_string(layers.size()) + ": " + names +
+                     "; select one with --layers (film.layers), or use .exr for all");
+}
+
+std::vector<std::string> names_of_layers(const Film& film) {
+    std::vector<std::string> names;
+    for (const LayerInfo* layer : film.layers()) names.push_back(layer->name);
+    return names;
+}
+
+/// Returns the number of floats per pixel of a layer of the film.
+std::size_t channels_of(const Film& film, const std::string& name) {
+    const auto& layers = film.layers();
+    return (*std::find_if(layers.begin(), layers.end(), [&](const LayerInfo* layer) { return layer->name == name; }))
+        ->channels.size();
+}
+
 /// Returns the plane of the layer `color`. Throws RunError if the film does not have it.
 const float* color_plane(const Film& film, const std::string& path) {
     const float* color = film.plane("color");
-    if (!color) throw RunError("cannot write '" + path + "': only .exr can store a picture without the layer 'color'");
+    if (!color) throw RunError("cannot write '" + path + "': this format stores only the layer 'color'");
     return color;
 }
 
@@ -111,26 +142,47 @@ void write_layers(const Film& film, const std::string& path, const Metadata& met
 
 void write_srgb8(const Film& film, const std::string& path) {
     const float* color = color_plane(film, path);
-    std::vector<unsigned char> bytes(std::size_t{film.width()} * film.height() * 3);
-    std::transform(color, color + bytes.size(), bytes.begin(), encode_srgb);
+    const std::vector<unsigned char> bytes =
+        display_bytes(color, std::size_t{film.width()} * film.height() * 3, film.tone());
     PictureToEncode picture = picture_of(film, PictureToEncode::Samples::bytes, bytes.data(), "sRGB");
     picture.quality = 95;
     picture.attributes.emplace_back("jpeg:subsampling", "4:4:4");
     write_picture(path, picture);
 }
 
-/// Writes a portable float map, which OpenImageIO 2.4 reads but does not write: three floats per pixel, rows from the
-/// bottom.
+static_assert(std::endian::native == std::endian::little, "the files contain little-endian floats");
+
+void write_floats(std::ostream& out, const float* first, std::size_t count) {
+    out.write(reinterpret_cast<const char*>(first), static_cast<std::streamsize>(count * sizeof(float)));
+}
+
+/// Writes a portable float map, which OpenImageIO 2.4 reads but does not write: one or three floats per pixel, rows
+/// from the bottom.
 void write_pfm(const Film& film, const std::string& path) {
-    static_assert(std::endian::native == std::endian::little, "the -1 in the header means little-endian");
-    const float* color = color_plane(film, path);
-    const std::size_t row = std::size_t{film.width()} * 3;
+    const std::string layer = single_layer(path, format_of(path), names_of_layers(film));
+    const std::size_t row = std::size_t{film.width()} * channels_of(film, layer);
+    const float* plane = film.plane(layer);
     write_file(path, [&](std::ostream& out) {
-        out << "PF\n" + std::to_string(film.width()) + ' ' + std::to_string(film.height()) +
-                   "\n-1.0\n";  // without std::to_string, the numbers would depend on the stream's locale
-        for (std::size_t y = film.height(); y-- > 0;)
-            out.write(reinterpret_cast<const char*>(color + y * row),
-                      static_cast<std::streamsize>(row * sizeof(float)));
+        // The -1 means little-endian. Without std::to_string, the numbers would depend on the stream's locale.
+        out << (row == film.width() ? "Pf\n" : "PF\n") + std::to_string(film.width()) + ' ' +
+                   std::to_string(film.height()) + "\n-1.0\n";
+        for (std::size_t y = film.height(); y-- > 0;) write_floats(out, plane + y * row, row);
+    });
+}
+
+/// Writes an array of NumPy (format version 1.0) with the shape (height, width) or (height, width, 3).
+void write_npy(const Film& film, const std::string& path) {
+    const std::string layer = single_layer(path, format_of(path), names_of_layers(film));
+    const std::size_t channels = channels_of(film, layer);
+    std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + std::to_string(film.height()) + ", " +
+                         std::to_string(film.width()) + (channels > 1 ? ", " + std::to_string(channels) : "") + "), }";
+    constexpr std::size_t alignment = 64, preamble = 10;  // bytes
+    header.append(alignment - 1 - (preamble + header.size()) % alignment, ' ');
+    header += '\n';
+    write_file(path, [&](std::ostream& out) {
+        const char size[2] = {static_cast<char>(header.size() & 0xff), static_cast<char>(header.size() >> 8)};
+        out.write("\x93NUMPY\x01\x00", 8).write(size, 2) << header;
+        write_floats(out, film.plane(layer), std::size_t{film.width()} * film.height() * channels);
     });
 }
 
@@ -144,9 +196,11 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
                     std::uint32_t height) {
     check_file_writable(path);
     const Format& format = format_of(path);
-    if (format.encoding != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
+    if (stores_one_layer(format)) single_layer(path, format, layers);
+    else if (format.encoding != Encoding::layers && std::find(layers.begin(), layers.end(), "color") == layers.end())
         throw InputError("cannot write '" + path +
-                         "': only .exr can store a picture without the layer 'color'; add it to film.layers");
+                         "': only .exr, .npy and .pfm can store a picture without the layer 'color'; add it to "
+                         "film.layers");
     if (std::max(width, height) > format.max_edge)
         throw InputError("cannot write '" + path + "': the picture has " + std::to_string(width) + " x " +
                          std::to_string(height) + " pixels, and " + format.extension + " allows at most " +
@@ -154,7 +208,7 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
 }
 
 void prepare_to_write(const std::string& path) {
-    if (format_of(path).encoding != Encoding::pfm) codec();
+    if (!stores_one_layer(format_of(path))) codec();
 }
 
 void write_film(const Film& film, const std::string& path, const Metadata& metadata) {
@@ -165,6 +219,7 @@ void write_film(const Film& film, const std::string& path, const Metadata& metad
             return write_srgb8(film, path);
         case Encoding::pfm:
             return write_pfm(film, path);
+        case Encoding::npy: return write_npy(film, path);
         case Encoding::linear: {
             const float* color = color_plane(film, path);
             std::vector<float> clamped(color, color + std::size_t{film.width()} * film.height() * 3);

@@ -33,10 +33,11 @@ Options options_of(const RunOptions& requested) {
 }
 
 SceneDescription description_of(const SceneSource& source, const Options& options, SceneUse use) {
-    return load_scene(source.file, {source.overrides.begin(), source.overrides.end()}, catalogue(options.isa), use);
+    return load_scene_text(source.text ? *source.text : scene_text(source.file), source.file,
+                           {source.overrides.begin(), source.overrides.end()}, catalogue(options.isa), use);
 }
 
-RunChoices choices_of(const Plan& plan) {
+RunChoices run_choices_of(const Plan& plan) {
     const KernelInfo& kernel = *plan.run.kernel;
     RunChoices choices;
     choices.hamiltonian = plan.description().space.hamiltonian;

@@ -15,6 +15,6 @@ Options options_of(const RunOptions& requested);
 SceneDescription description_of(const SceneSource& source, const Options& options, SceneUse use = SceneUse::picture);
 
 /// Returns the choices that a plan contains.
-RunChoices choices_of(const Plan& plan);
+RunChoices run_choices_of(const Plan& plan);
 
 }  // namespace kagero

@@ -1,21 +1,14 @@
 #include <kagero/picture.h>
 
-#include "accuracy/end_errors.h"
 #include "film/write_film.h"
-#include "library/choices.h"
+#include "library/picture_content.h"
 #include "report/run_json.h"
-#include "tuning/resolve.h"
+
+#include <kagero/scene.h>
 
 #include <algorithm>
 
 namespace kagero {
-
-struct Picture::Content {
-    Plan plan;
-    Film film;
-    RunReport report;
-    RunChoices choices;
-};
 
 Picture::Picture(std::unique_ptr<Content> content) : content_(std::move(content)) {}
 Picture::Picture(Picture&&) noexcept = default;
@@ -65,21 +58,9 @@ double Picture::seconds() const {
 
 void Picture::write(const std::string& path) const {
     check_writable(path, layers(), width(), height());
-    write_film(content_->film, path, picture_metadata(content_->plan, content_->report));
+    write_film(content_->film, path, picture_metadata(*content_->plan, content_->report));
 }
 
-Picture render_scene(const SceneSource& source, const RunOptions& requested) {
-    Options options = options_of(requested);
-    options.energy_error = true;  // written to the metadata of EXR files
-    RunControl control;
-    control.progress = requested.progress;
-    control.stop = requested.stop;
-    Plan plan = resolve(description_of(source, options), options, Purpose::picture, control);
-    Film film = film_of(plan);
-    RunReport report = render_with_errors(plan, film, control);
-    RunChoices choices = choices_of(plan);
-    return Picture(std::unique_ptr<Picture::Content>(
-        new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));
-}
+Picture render_scene(const SceneSource& source, const RunOptions& options) { return load(source).render(options); }
 
 }  // namespace kagero

@@ -5,21 +5,28 @@
 #include <dlfcn.h>
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace kagero {
 namespace {
 
 /// Module folders, relative to the folder of the program or the library: in a build tree, in an installation as seen
-/// from the program, and in an installation as seen from the library.
-constexpr const char* module_folders[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero"};
+/// from the program, in an installation as seen from the library, and in both as seen from the Python module.
+constexpr const char* module_folders[] = {"../lib/kagero", "../" KAGERO_LIBDIR "/kagero", "kagero", "../../lib/kagero",
+                                          "../../../../" KAGERO_LIBDIR "/kagero"};
 
-/// Returns the folder of the program and, if a shared library contains this function, the folder of that library.
+/// Returns the folder of the shared library that contains this function, if there is one, and that of the program. The
+/// library is first, because the program can be one that has other modules of kagero in its folders, such as Python in
+/// /usr/bin.
 std::vector<std::filesystem::path> program_folders() {
-    std::vector<std::filesystem::path> folders{std::filesystem::read_symlink("/proc/self/exe").parent_path()};
+    std::vector<std::filesystem::path> folders;
     Dl_info this_library{};
-    if (dladdr(reinterpret_cast<const void*>(&program_folders), &this_library) && this_library.dli_fname)
+    // The name of a program that was found in PATH has no slash, and its folder is unknown.
+    if (dladdr(reinterpret_cast<const void*>(&program_folders), &this_library) && this_library.dli_fname &&
+        std::string_view(this_library.dli_fname).find('/') != std::string_view::npos)
         folders.push_back(std::filesystem::weakly_canonical(this_library.dli_fname).parent_path());
+    folders.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path());
     return folders;
 }
 

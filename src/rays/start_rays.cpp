@@ -102,12 +102,11 @@ std::uint32_t medium_of(const Scene& scene, const RayInput& ray) {
 
 }  // namespace
 
-std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
-                                 std::optional<ObserverKind> observer) {
-    std::vector<RayStart> starts;
-    starts.reserve(rays.size());
+void write_starts(const Plan& plan, const RayArrays& rays, std::optional<ObserverKind> observer, std::size_t first,
+                  std::size_t last, RayStart* starts) {
     std::vector<std::optional<ObserverFrame>> frames(plan.media.size() + 1);
-    for (const RayInput& ray : rays) {
+    for (std::size_t i = first; i < last; ++i) {
+        const RayInput ray = rays[i];
         const std::uint32_t medium = medium_of(*plan.scene, ray);
         const Plan& around = plan.medium(medium);
         std::optional<ObserverFrame>& frame = frames[medium];
@@ -119,8 +118,17 @@ std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& 
             frame ? start_in_frame(around, *frame, q, ray.direction) : start_along(around, q, ray.direction);
         start.failure = start_failure(around, start, observer == ObserverKind::falling);
         start.medium = medium;
-        starts.push_back(start);
+        starts[i - first] = start;
     }
+}
+
+std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
+                                 std::optional<ObserverKind> observer) {
+    std::vector<RayStart> starts(rays.size());
+    if (rays.empty()) return starts;
+    constexpr std::size_t stride = sizeof(RayInput) / sizeof(double);
+    const RayArrays arrays{rays[0].position.data(), rays[0].direction.data(), rays.size(), stride, stride};
+    write_starts(plan, arrays, observer, 0, rays.size(), starts.data());
     return starts;
 }
 

@@ -191,6 +191,11 @@ Metadata plan_metadata(const Plan& plan) {
         {"seed", std::to_string(scene.film.seed)},
         {"credits", space.source},
     };
+    if (scene.animation && !scene.animation->values.empty()) {
+        std::string values;
+        for (const auto& [key, value] : scene.animation->values) values += key + " = " + value + "\n";
+        metadata.emplace_back("animation", values);
+    }
     if (is_adaptive(plan)) metadata.emplace_back("tolerance", shortest(plan.run.tolerance));
     if (plan.run.solver_tolerance > 0) metadata.emplace_back("solver_tolerance", shortest(plan.run.solver_tolerance));
     return metadata;

@@ -30,23 +30,27 @@ std::string stability_summary(const std::vector<StabilityRow>& rows) {
     return std::to_string(passed) + " of " + std::to_string(rows.size()) + " cases pass\n";
 }
 
+Json stability_entry(const StabilityRow& row) {
+    Json isas = Json::array();
+    std::string results;
+    for (const StabilityOutcome& outcome : row.outcomes) {
+        isas.push_back({{"isa", outcome.isa}, {"got", outcome.result}, {"pass", outcome.pass}});
+        results += row.outcomes.size() == 1 ? outcome.result
+                                            : (results.empty() ? "" : "; ") + outcome.isa + ": " + outcome.result;
+    }
+    return {{"name", row.name}, {"what", row.description}, {"expected", row.expected},
+            {"got", results},   {"pass", row.pass()},      {"isas", isas}};
+}
+
+StabilityRow stability_row(const Json& entry) {
+    StabilityRow row{entry["name"], entry["what"], entry["expected"], {}};
+    for (const Json& outcome : entry["isas"]) row.outcomes.push_back({outcome["isa"], outcome["got"], outcome["pass"]});
+    return row;
+}
+
 std::string stability_json(const std::vector<StabilityRow>& rows) {
     Json cases = Json::array();
-    for (const StabilityRow& row : rows) {
-        Json isas = Json::array();
-        std::string results;
-        for (const StabilityOutcome& outcome : row.outcomes) {
-            isas.push_back({{"isa", outcome.isa}, {"got", outcome.result}, {"pass", outcome.pass}});
-            results += row.outcomes.size() == 1 ? outcome.result
-                                                : (results.empty() ? "" : "; ") + outcome.isa + ": " + outcome.result;
-        }
-        cases.push_back({{"name", row.name},
-                         {"what", row.description},
-                         {"expected", row.expected},
-                         {"got", results},
-                         {"pass", row.pass()},
-                         {"isas", isas}});
-    }
+    for (const StabilityRow& row : rows) cases.push_back(stability_entry(row));
     return text_of(Json{{"cases", cases}});
 }
 

@@ -1,6 +1,7 @@
 #include "report/warnings.h"
 
 #include "report/text/numbers.h"
+#include "tuning/trial_run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -100,6 +101,12 @@ std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, cons
     if (!is_confirmed && report.energy_error.p99 > max_energy_error)
         warnings.push_back(warning_of_energy(plan, report));
     return warnings;
+}
+
+std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report) {
+    const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
+    if (!is_confirmed && !(plan.run.outputs & output_energy)) report.energy_error = trace_trial(plan).energy_error;
+    return warnings_of(plan, report, "and are black");
 }
 
 Json warnings_json(const std::vector<Warning>& warnings) {

@@ -26,6 +26,10 @@ std::vector<Warning> warnings_of_trial(const Plan& plan);
 /// `consequence` is added to the warnings about rays, such as "and are black".
 std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, const std::string& consequence = "");
 
+/// Returns the warnings about a picture. If no trial rays have confirmed its error, a few rays test whether H is
+/// conserved.
+std::vector<Warning> warnings_of_picture(const Plan& plan, RunReport report);
+
 /// Returns the JSON list of warnings: objects with "key" and "text".
 Json warnings_json(const std::vector<Warning>& warnings);
 

@@ -2,10 +2,9 @@
 //
 // Renders the scene to PICTURE and prints the chosen precision, integrator and step. The exit status is 0, or
 // identifies the check that has failed.
-#include <kagero/error.h>
-#include <kagero/picture.h>
-#include <kagero/rays.h>
+#include <kagero/kagero.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -37,6 +36,35 @@ bool integrals_are_computed(const kagero::SceneSource& source) {
     return false;
 }
 
+/// Returns true if a loaded scene gives the numbers of render_scene and trace_rays, and does not change.
+bool loaded_scene_is_the_same(const kagero::SceneSource& source) {
+    const kagero::LoadedScene scene = kagero::load(source.file, source.overrides);
+    const kagero::LoadedScene small = scene.override({"film.size=[16, 8]"});
+    const kagero::Picture picture = small.render({}, {"steps", "color"}), again = small.render({}, {"steps", "color"});
+    if (picture.width() != 16 || picture.height() != 8 || picture.channels("steps") != 1) return false;
+    const float *color = picture.pixels("color"), *color_again = again.pixels("color");
+    if (!std::equal(color, color + std::size_t{16} * 8 * 3, color_again)) return false;
+    if (scene.source().overrides != source.overrides || small.explain().empty()) return false;
+    const std::vector<kagero::Ray> rays{{{0, -0.85, 0.12}, {1, 0, 0}}};
+    const auto by_scene = scene.trace(rays), by_source = kagero::trace_rays(source, rays);
+    return by_scene[0].position == by_source[0].position && by_scene[0].object == by_source[0].object;
+}
+
+/// Returns true if a ray continues at a mirror only with bounces, and its weight is then the tint of the mirror. The
+/// scene is a text without a file.
+bool rays_continue_at_mirrors() {
+    const char* text =
+        "[space]\nhamiltonian = \"flat\"\n[[object]]\nname = \"hall\"\nshape = \"room\"\n"
+        "min = [-1, -1, -1]\nmax = [1, 1, 1]\nmaterial = \"mirror\"\ntint = [0.5, 0.5, 0.5]\n";
+    const kagero::LoadedScene hall = kagero::load(kagero::SceneSource{"hall.toml", {}, text});
+    const std::vector<kagero::Ray> rays{{{0, -0.85, 0.12}, {1, 0.1, 0}}};
+    kagero::TraceOptions request;
+    request.bounces = 2;
+    const auto ended = hall.trace(rays), continued = hall.trace(rays, request);
+    return ended[0].bounces == 0 && ended[0].weight == 1 && continued[0].bounces == 2 &&
+           std::abs(continued[0].weight - 0.25) < 1e-12 && continued[0].reason == "bounces";
+}
+
 /// Returns true if an unknown key is refused with a message that names it.
 bool unknown_key_is_refused(const kagero::SceneSource& source) {
     kagero::SceneSource wrong = source;
@@ -64,5 +92,7 @@ int main(int argc, char** argv) {
     picture.write(argv[2]);
     if (!rays_are_traced(source)) return 5;
     if (!integrals_are_computed(source)) return 7;
+    if (!loaded_scene_is_the_same(source)) return 8;
+    if (!rays_continue_at_mirrors()) return 9;
     return unknown_key_is_refused(source) ? 0 : 6;
 }

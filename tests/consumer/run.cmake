@@ -41,6 +41,14 @@ foreach(overrides IN ITEMS "film.size=[64,64],integrator.max_pixel_error=0.25" "
 endforeach()
 run(${kagero} check ${SCENE})
 
+# The installed Python package finds the installed kernel modules, and gives the pixels of the program.
+if(PYTHON)
+  if(NOT PACKAGE)
+    set(path PYTHONPATH=${folder}/prefix/${PYTHON_DIR})
+  endif()
+  run(${CMAKE_COMMAND} -E env ${path} ${PYTHON} -B ${SOURCE}/installed_module.py ${kagero} ${SCENE})
+endif()
+
 # Only public headers are installed.
 if(NOT PACKAGE)
   file(GLOB_RECURSE headers RELATIVE ${folder}/prefix/include ${folder}/prefix/include/*)

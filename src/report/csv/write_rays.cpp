@@ -36,16 +36,6 @@ std::string object_name(const Plan& plan, const RayEnd& end) {
     return csv_text(plan.description().objects.at(end.surface).name);
 }
 
-/// Returns the reason why a ray failed or was cut off; "" for other rays.
-std::string reason_of(const Plan& plan, const RayEnd& end) {
-    if (end.status == Status::failed) return why_failed(*plan.scene, plan.run.kernel->precision, end.failure);
-    if (end.status != Status::step_limit) return "";
-    if (end.cut_off) return "bounces";
-    if (end.steps >= plan.run.max_steps)
-        return "the ray did not end within integrator.max_steps = " + std::to_string(plan.run.max_steps);
-    return "the ray reached the value of --parameter";
-}
-
 /// Returns the header of the columns that are written only if they are requested, each after a comma.
 std::string header_of_integrals(const Plan& plan) {
     return std::string(plan.run.outputs & output_action ? ",action" : "") +
@@ -61,7 +51,7 @@ void append_integrals(std::string& row, const Plan& plan, const Point& point) {
 
 void append_path_state(std::string& row, const Plan& plan, const PathState& path) {
     row += ',' + std::to_string(path.bounces) + ',' + csv_text(name_of_medium(plan.description(), path.medium));
-    append_number(row, (path.weight[0] + path.weight[1] + path.weight[2]) / 3);
+    append_number(row, mean_weight(path));
 }
 
 void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end, const PathState* path) {
@@ -99,6 +89,17 @@ void flush(std::ostream& out, std::string& rows) {
 }
 
 }  // namespace
+
+std::string reason_of(const Plan& plan, const RayEnd& end) {
+    if (end.status == Status::failed) return why_failed(*plan.scene, plan.run.kernel->precision, end);
+    if (end.status != Status::step_limit) return "";
+    if (end.cut_off) return "bounces";
+    if (end.steps >= plan.run.max_steps)
+        return "the ray did not end within integrator.max_steps = " + std::to_string(plan.run.max_steps);
+    return "the ray reached the value of --parameter";
+}
+
+double mean_weight(const PathState& path) { return (path.weight[0] + path.weight[1] + path.weight[2]) / 3; }
 
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends,
                 const std::vector<PathState>* paths) {

@@ -1,11 +1,18 @@
 /// Writers of the output of `trace`: CSV tables of ray ends and of ray paths.
 #pragma once
 
+#include "appearance/path_state.h"
 #include "plan/plan.h"
 
 #include <iosfwd>
 
 namespace kagero {
+
+/// Returns the reason why a ray failed or ended as `step_limit`; "" for other rays.
+std::string reason_of(const Plan& plan, const RayEnd& end);
+
+/// Returns the mean of the three weights of a path.
+double mean_weight(const PathState& path);
 
 /// Writes the header and one row per ray. Numbers have 17 significant digits. The last columns are the integrals along
 /// the ray that the plan requests, and, if `paths` is not null, the number of bounces, the medium at the end and the

@@ -100,6 +100,7 @@ std::vector<Table> tables() {
         {"sky", {}, {"`[sky]`"}, {}, {}},
         {"sky.far", {}, {"`[sky]`"}, {"far"}, {}},
         {"object.box.faces", {}, {"`[object.faces]`"}, {}, {}},
+        {"animation", {"animation.frames=10"}, {"`[animation]`"}, {}, {}},
     };
     for (const std::string& shape : shape_names())
         all.push_back({"object." + shape, {}, {"`[[object]]`", "`shape = \"" + shape + "\"`"}, {}, {}});

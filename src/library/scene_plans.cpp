@@ -127,7 +127,11 @@ std::shared_ptr<const Plan> ScenePlans::picture(const RunOptions& requested, con
     std::string list;
     for (const std::string& layer : layers) append_to_list(list, to_toml(layer));
     if (!layers.empty()) source.overrides.push_back("film.layers=[" + list + "]");
-    return keep(key, resolve(description_of(source, options), options, Purpose::picture, control));
+    Plan plan = resolve(description_of(source, options), options, Purpose::picture, control);
+    if (plan.description().camera.shutter > 0)
+        plan.remarks.push_back("camera.shutter has no effect on this picture, which shows one moment; `kagero render` "
+                               "and --frames open the shutter");
+    return keep(key, std::move(plan));
 }
 
 std::shared_ptr<const Plan> ScenePlans::rays(const RunOptions& requested, const RayRequest& request) const {

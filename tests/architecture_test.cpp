@@ -94,6 +94,7 @@ const std::vector<std::vector<std::string>> program_layers{{"scene", "animation"
                                                            {"plan"},
                                                            {"rays"},
                                                            {"paths"},
+                                                           {"adaptive"},
                                                            {"pixels"},
                                                            {"render"},
                                                            {"sweep"},

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "accuracy/sample_rays.h"
+#include "rays/end_distance.h"
 #include "render/percentiles.h"
 
 namespace kagero {
@@ -27,21 +28,6 @@ struct ReferenceRays {
 /// not confirmed.
 std::size_t confirm(ReferenceRays& reference, const std::vector<RayEnd>& confirming);
 
-/// Returns true if the end of a ray shows a surface or the sky, that is, if its status is `hit` or `escaped`.
-bool has_visible_end(const RayEnd& end);
-
-/// Returns true if the error of a ray end is an angle between directions, false if it is a distance between positions.
-/// It is an angle for rays that hit nothing, except for an orthographic camera, whose pixels have no angle.
-bool is_seen_by_direction(const Plan& plan, const RayEnd& end);
-
-/// Returns the size of a film pixel at a ray end: an angle in radians if `is_seen_by_direction`, otherwise a length.
-double pixel_size_at(const Plan& plan, const RayEnd& end);
-
-/// Returns the distance between an expected and an actual ray end, in film pixels. If `is_seen_by_direction`, it is the
-/// angle between the directions, otherwise the distance of the end points. Both ends must have the same status and
-/// object. They must be in the coordinates of the Hamiltonian, as kernels write them.
-double distance_in_pixels(const Plan& plan, const RayEnd& expected, const RayEnd& actual);
-
 /// Returns the pixel error of any two ray ends: `distance_in_pixels` if both have the same status and object. The
 /// result is zero if both rays are captured or cut off. It is NaN if status or object differ, or if the status is
 /// `step_limit` or `failed`.
@@ -63,9 +49,6 @@ struct RayErrors {
     double above_quarter_pixel = 0;  ///< Share of the errors in `pixels` that exceed 0.25.
     Percentiles ill_conditioned_pixels;  ///< Pixel error divided by conditioning, ill-conditioned rays only.
 };
-
-/// Returns true if both ends have the same status and, for `hit`, the same object.
-bool same_status_and_object(const RayEnd& a, const RayEnd& b);
 
 /// Compares ray ends with the reference. Positions are in scene coordinates, as `trace` returns them.
 RayErrors compare_rays(const Plan& plan, const ReferenceRays& reference, const std::vector<RayEnd>& ends);

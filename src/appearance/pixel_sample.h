@@ -30,6 +30,7 @@ struct PixelSample {
     Float3 source_color{};            ///< Colour of the sky, or of a black body, where the ray ends.
     Footprint footprint{};            ///< Footprint on the sky if the ray escapes; set only if a layer needs it.
     const PathState* path = nullptr;  ///< Null if all rays end at the first surface.
+    bool interpolated = false;        ///< True if the end is interpolated between those of other rays.
     std::uint32_t group = 0;          ///< Number of the ray's group in its block (group_by_path in footprint.h).
 };
 

@@ -29,9 +29,28 @@ double emitted_frequency(const Sources& sources, const RayEnd& end) {
     const ObjectDescription& disk = (*sources.objects)[end.surface];
     if (disk.velocity) return space.frequency(end, velocity_at(*disk.velocity, end.q));
     const Double3 q{end.q[0], end.q[1], end.q[2]};
-    if (sources.orbits.empty()) return space.frequency(end, orbit_velocity(space, disk.normal, q));
-    const double emitted = space.frequency(end, sources.orbits[end.surface].velocity(q));
-    return emitted > 0 ? emitted : space.frequency(end, {0, 0, 0});
+    if (!sources.orbits.empty()) {
+        const double emitted = space.frequency(end, sources.orbits[end.surface].velocity(q));
+        return emitted > 0 ? emitted : space.frequency(end, {0, 0, 0});
+    }
+    const Double3 v = orbit_velocity(space, disk.normal, q);
+    const double dilation = sources.dilations.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                                      : sources.dilations[end.surface].at(length(q));
+    if (dilation > 0) return dilation * (dot(v, {end.p[0], end.p[1], end.p[2]}) + end.pt);
+    return space.frequency(end, v);
+}
+
+/// Returns the time dilation of the matter of a disk around a built-in hole, as a function of the distance from the
+/// centre: the frequency of light without momentum and with p_t = 1. Around the axis, it does not depend on the angle.
+TimeDilation dilation_in_disk(const Space& space, const ObjectDescription& disk) {
+    const Double3 outward = axes_around(unit(disk.normal))[0];
+    return {disk.inner, disk.outer, [&](double distance) {
+                const Double3 q = scaled(outward, distance);
+                RayEnd light{};
+                std::copy(q.begin(), q.end(), light.q);
+                light.pt = 1;
+                return space.frequency(light, orbit_velocity(space, disk.normal, q));
+            }};
 }
 
 /// Returns the frequency of the light of a ray for the camera's observer, with the momentum at the ray's end.
@@ -135,7 +154,11 @@ double redshift_of(const Sources& sources, bool spacetime, const PixelSample& ra
 }
 
 Sources make_sources(const Space& space, const SceneDescription& scene, bool with_orbits) {
-    Sources sources{&space, &scene.objects, make_skies(space, scene), {}};
+    Sources sources{&space, &scene.objects, make_skies(space, scene), {}, {}};
+    if (space.hole().mass > 0)
+        for (const ObjectDescription& object : scene.objects)
+            sources.dilations.push_back(
+                object.shape == Shape::disk && !object.velocity ? dilation_in_disk(space, object) : TimeDilation());
     if (!scene.space.formula || !with_orbits) return sources;
     for (const ObjectDescription& object : scene.objects)
         if (object.shape == Shape::disk && !object.velocity)

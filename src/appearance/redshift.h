@@ -3,6 +3,7 @@
 
 #include "appearance/pixel_sample.h"
 #include "spaces/circular_orbits.h"
+#include "spaces/time_dilation.h"
 
 namespace kagero {
 
@@ -12,6 +13,8 @@ struct Sources {
     const std::vector<ObjectDescription>* objects = nullptr;
     Skies skies;
     std::vector<CircularOrbits> orbits;  ///< Orbits of the matter of each object; empty if none are searched for.
+    /// Time dilation of the matter of each object on circular orbits around a built-in hole; empty if there is none.
+    std::vector<TimeDilation> dilations;
 };
 
 /// Returns the sources of a scene. Both arguments must outlive them. The orbits of disks whose velocity is not stated

@@ -75,6 +75,7 @@ std::vector<Override> overrides_of(const Arguments& arguments) {
     });
     add("--spp", arguments.spp, "film.spp", integer("--spp"));
     add("--seed", arguments.seed, "film.seed", integer("--seed"));
+    add("--sampling", arguments.sampling, "film.sampling", word);
     add("--layers", arguments.layers, "film.layers", [](const std::string& text) {
         std::string list;
         for (const std::string& layer : split(text, ',')) append_to_list(list, to_toml(layer));
@@ -182,6 +183,11 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
                "Seed of the positions of rays within a pixel, 0 to 4294967295 (key film.seed). It has an effect only "
                "with several rays per pixel. Default: 0",
                "N");
+    add_option(
+        verb, "--sampling", arguments.sampling,
+        "full: the rays of all pixels are traced; adaptive: ray ends are interpolated where the error is at most "
+        "film.max_interpolation_error (key film.sampling). Default: full",
+        "full|adaptive");
     add_option(verb, "--layers", arguments.layers,
                "Layers of the picture, names from `kagero list layers` separated by commas (key film.layers). Default: "
                "color",

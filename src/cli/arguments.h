@@ -21,7 +21,7 @@ struct Arguments {
     std::string json;  ///< File for the JSON report; "-" is stdout; "" without --json.
     std::vector<std::string> overrides, cases;
     std::string threads, isa, strategy = "auto", precision = "auto";
-    std::string integrator, step, tolerance, size, spp, seed, layers, crop, pixel, lanes;
+    std::string integrator, step, tolerance, size, spp, seed, sampling, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, columns, every;
     std::string part, frames;
     std::vector<std::string> parts;  ///< Files of `merge`.

@@ -38,23 +38,24 @@ const std::vector<LayerInfo>& all_layers() {
         {"color", red_green_blue, Scale::colors, "linear RGB colour of the objects that the pixel's rays meet; mean"},
         {"status", number_channel, Scale::linear,
          "status of the pixel's first ray: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed", OfRays::first},
-        {"steps", number_channel, Scale::linear, "number of integration steps; mean"},
-        {"gradients", number_channel, Scale::linear, "number of evaluations of the derivatives of H; mean"},
+        {"steps", number_channel, Scale::linear, "number of integration steps; mean", OfRays::mean, false},
+        {"gradients", number_channel, Scale::linear, "number of evaluations of the derivatives of H; mean",
+         OfRays::mean, false},
         {"energy_error", number_channel, Scale::logarithmic,
-         "greatest |H - H0| / (|p . dH/dp| + |H0|) on the pixel's rays", OfRays::greatest},
+         "greatest |H - H0| / (|p . dH/dp| + |H0|) on the pixel's rays", OfRays::greatest, false},
         {"position_error", number_channel, Scale::logarithmic,
          "greatest estimated error of the ends of the pixel's rays, in pixels, from a comparison with half the step or "
          "with another method; nan if the compared ray ends otherwise",
-         OfRays::greatest},
+         OfRays::greatest, false},
         {"rounding_error", number_channel, Scale::logarithmic,
          "greatest bound on the effect of rounding on the ends of the pixel's rays, in pixels: the sum of "
          "|adjoint * ulp| by a reverse sweep along the ray",
-         OfRays::greatest},
-        {"newton", number_channel, Scale::linear, "number of iterations of implicit solves; mean"},
+         OfRays::greatest, false},
+        {"newton", number_channel, Scale::linear, "number of iterations of implicit solves; mean", OfRays::mean, false},
         {"occupancy", number_channel, Scale::linear,
          "fraction of active lanes over the steps of the packet that traced the first ray; packets depend on "
          "--schedule and --crop",
-         OfRays::first},
+         OfRays::first, false},
         {"depth", number_channel, Scale::linear,
          "straight distance from the start of the first ray to its hit, in scene units; 0 without a hit",
          OfRays::first},
@@ -80,6 +81,8 @@ const std::vector<LayerInfo>& all_layers() {
         {"time", number_channel, Scale::linear,
          "integral of dH/dpt over lambda from the camera to the end of the ray, in scene units: the coordinate time in "
          "a spacetime, with the sign of the followed ray; mean"},
+        {"traced", number_channel, Scale::linear,
+         "1 if a ray of the pixel was traced, 0 if the end of its ray is interpolated (film.sampling)"},
     };
     return layers;
 }

@@ -21,6 +21,8 @@ struct LayerInfo {
     Scale scale;       ///< Scale of the false-colour map of the layer; a layer of colours has no map.
     const char* what;  ///< Description in one line.
     OfRays of_rays = OfRays::mean;
+    /// True if the layer can be computed from interpolated ray ends (film.sampling = "adaptive").
+    bool interpolates = true;
 
     /// Returns true if the layer is stored as HALF in EXR files; other layers are stored as FLOAT.
     bool half() const { return scale == Scale::colors; }

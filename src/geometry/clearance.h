@@ -5,6 +5,8 @@
 #include "geometry/bounds.h"
 #include "geometry/clear_boxes.h"
 
+#include <optional>
+
 namespace kagero {
 
 /// Clear boxes of a scene, and the grid that assigns a clear box to each cell. `grid` points into `boxes`.
@@ -16,9 +18,31 @@ struct Clearance {
 /// Returns the point of the triangle abc that is closest to q.
 Double3 closest_point(const Double3& q, const Double3& a, const Double3& b, const Double3& c);
 
+/// A part of a surface: its triangles first … last. A sphere has the triangle 0 only.
+struct Face {
+    std::uint32_t surface, first, last;
+    bool operator==(const Face&) const = default;
+    bool contains(std::uint32_t other_surface, std::uint32_t triangle) const {
+        return surface == other_surface && first <= triangle && triangle <= last;
+    }
+};
+
 /// Returns the distance from q to the nearest surface, or `limit` if that is smaller. The error is the rounding error
 /// of Embree's single-precision bounding boxes.
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
+
+/// Points of neighbouring rays: of the ray in the middle, and of those at the four corners of a cell of the picture.
+struct BundleSlice {
+    std::array<Double3, 5> points;  ///< The middle is the first point.
+    double radius;                  ///< The ball of this radius around the middle contains all points between them.
+};
+
+/// Returns a lower bound on the distances between the points of a slice and all surfaces, or `limit` if that is
+/// smaller. It is not positive if a surface may intersect the slice. The triangles of the face `ignored` are left out.
+/// A triangle's bound is that of the ball, or that of its plane: if all points lie on the same side of the plane, the
+/// points between them are at most a quarter of the differences of their heights closer to it.
+double gap_to_surfaces(const Geometry& geometry, const BundleSlice& slice, double limit,
+                       const std::optional<Face>& ignored);
 
 /// Returns the factors, from 1 to 32, by which the axes of a scene are stretched before it is divided into cubic cells.
 /// Each shorter axis then has at least half as many cells as the longest one, unless the limit of 32 prevents it.

@@ -235,6 +235,13 @@ bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive,
     return is_nearly_parallel(primitive) && is_nearly_parallel(other_primitive);
 }
 
+Face SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primitive) const {
+    const Shape shape = content_->objects[surface].shape;
+    if (shape == Shape::mesh) return {surface, primitive, primitive};
+    if (shape == Shape::box || shape == Shape::room) return {surface, primitive & ~1u, primitive | 1u};
+    return {surface, 0, std::numeric_limits<std::uint32_t>::max()};
+}
+
 const std::vector<std::string>& SceneGeometry::remarks() const {
     return content_->remarks;
 }

@@ -1,6 +1,7 @@
 /// The surfaces of a scene, as an Embree scene and as data for the kernels.
 #pragma once
 
+#include "geometry/clearance.h"
 #include "geometry/shapes.h"
 
 #include <memory>
@@ -51,6 +52,9 @@ public:
     /// triangles; this excludes points on separate parts. Other shapes have only one face.
     bool on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                       std::uint32_t other_primitive, const Double3& other_point) const;
+    /// Returns the largest part of a surface around a triangle whose hits depend smoothly on the ray: a face of a box
+    /// or room, one triangle of a mesh, or all of another shape.
+    Face face_of(std::uint32_t surface, std::uint32_t primitive) const;
     /// Returns remarks on objects, such as the number of triangles without area. Each is one line of text for the user.
     const std::vector<std::string>& remarks() const;
     /// Returns the distance from `space.center` to the nearest surface, or `limit` if that is smaller.

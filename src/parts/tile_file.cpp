@@ -15,7 +15,7 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 2;
+constexpr std::uint32_t format_version = 3;
 
 enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
 
@@ -149,7 +149,21 @@ void for_each_row(const TileFileHeader& header, const Tile& tile, FilmType& film
 std::size_t size_of_report(const TileReport& report) {
     constexpr std::size_t of_numbers = 1024;
     return of_numbers + report.generations.size() * sizeof(GenerationCount) +
-           report.energy_errors.bins.size() * sizeof(ValueCounts::Bin);
+           (report.energy_errors.bins.size() + report.interpolation_errors.bins.size()) * sizeof(ValueCounts::Bin);
+}
+
+void put_values(ByteWriter& writer, const ValueCounts& values) {
+    writer.put(values.max);
+    writer.put(std::uint64_t{values.bins.size()});
+    for (const ValueCounts::Bin& bin : values.bins) writer.put(bin);
+}
+
+ValueCounts get_values(ByteReader& reader) {
+    ValueCounts values;
+    values.max = reader.get<double>();
+    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
+        values.bins.push_back(reader.get<ValueCounts::Bin>());
+    return values;
 }
 
 void put_report(ByteWriter& writer, const TileReport& report) {
@@ -161,9 +175,10 @@ void put_report(ByteWriter& writer, const TileReport& report) {
     writer.put(report.failures);
     writer.put(std::uint64_t{report.generations.size()});
     for (const GenerationCount& generation : report.generations) writer.put(generation);
-    writer.put(report.energy_errors.max);
-    writer.put(std::uint64_t{report.energy_errors.bins.size()});
-    for (const ValueCounts::Bin& bin : report.energy_errors.bins) writer.put(bin);
+    put_values(writer, report.energy_errors);
+    writer.put(report.pixels);
+    writer.put(report.interpolated_pixels);
+    put_values(writer, report.interpolation_errors);
 }
 
 TileReport get_report(ByteReader& reader) {
@@ -176,9 +191,10 @@ TileReport get_report(ByteReader& reader) {
     report.failures = reader.get<decltype(report.failures)>();
     for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
         report.generations.push_back(reader.get<GenerationCount>());
-    report.energy_errors.max = reader.get<double>();
-    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
-        report.energy_errors.bins.push_back(reader.get<ValueCounts::Bin>());
+    report.energy_errors = get_values(reader);
+    report.pixels = reader.get<std::uint64_t>();
+    report.interpolated_pixels = reader.get<std::uint64_t>();
+    report.interpolation_errors = get_values(reader);
     return report;
 }
 

@@ -17,6 +17,7 @@ struct TracedRays {
     /// the integrals are sums over the segments; the energy error is the greatest one.
     std::vector<RayEnd> ends;
     std::vector<PathState> paths;  ///< One for each ray; empty if no ray can have continued.
+    std::vector<std::uint8_t> traced;  ///< For each ray: 0 if its end is interpolated. Empty: all rays were traced.
 };
 
 /// The work for one generation of rays.

@@ -169,6 +169,7 @@ constexpr LayerWriter layer_writers[] = {
      [](const Pixel& p, float* out) { *out = scene_length(p, [](const RayEnd& end) { return end.action; }); }},
     {"time", need_time,
      [](const Pixel& p, float* out) { *out = scene_length(p, [](const RayEnd& end) { return end.time; }); }},
+    {"traced", 0, [](const Pixel& p, float* out) { *out = p.rays.front().interpolated ? 0 : 1; }},
     {"footprint", need_footprint, [](const Pixel& p, float* out) { *out = float(length(sky_footprint(p).major)); }},
     {"magnification", need_footprint, [](const Pixel& p, float* out) { *out = float(magnification_of(p)); }},
 };

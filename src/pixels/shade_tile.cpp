@@ -48,7 +48,7 @@ struct TracedTile {
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
     const auto& [plan, tile, rays_of_tile, errors, skies, plain_skies] = traced;
-    const auto& [list, ends, paths] = rays_of_tile;
+    const auto& [list, ends, paths, traced_rays] = rays_of_tile;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
@@ -56,6 +56,7 @@ void collect_samples(const TracedTile& traced, const RequiredData& required, std
         const std::size_t i = first + k;
         ray.end = &ends[i];
         ray.path = paths.empty() ? nullptr : &paths[i];
+        ray.interpolated = !traced_rays.empty() && !traced_rays[i];
         if (ray.end->status == Status::escaped) {
             const RayEnd& end = *ray.end;
             if (!plain_skies) ray.sky = sky_view(skies, end);

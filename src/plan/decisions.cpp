@@ -2,8 +2,9 @@
 
 #include "error.h"
 #include "film/film.h"
-#include "plan/formula_space.h"
+#include "plan/sampling.h"
 #include "spaces/charts.h"
+#include "spaces/formula_space.h"
 
 #include <algorithm>
 #include <cmath>
@@ -186,7 +187,7 @@ void add_velocity_decisions(const Scene& scene, DecisionList& list) {
 }
 
 /// Returns the decisions about camera rays, pixels and layers.
-std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
+std::vector<Decision> picture_decisions(const Scene& scene, const View& view, const RunConfig& run) {
     DecisionList list;
     const FilmDescription& film = scene.description.film;
     const bool kernel_generates_rays = kernel_makes_rays(scene, view);
@@ -197,6 +198,10 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view) {
     add_chart_decision(scene, view, list);
     list.add(film.spp > 1, "scrambled Sobol points as sample positions in the pixel",
              "film.spp = 1, so each ray passes through the centre of its pixel");
+    list.add(run.interpolation_bound > 0,
+             "adaptive sampling: ray ends in cells of up to 32 x 32 pixels are interpolated with an error of at most " +
+                 plain_number(run.interpolation_bound) + " pixels",
+             reason_for_full_sampling(scene, view, run));
     list.add(scene.paints->sky_has_pattern(), "footprints of pixels on the sky",
              "the sky has neither an image nor a checker pattern");
     list.add(scene.paints->surfaces_have_patterns(), "footprints of pixels on surfaces",
@@ -299,7 +304,8 @@ Decision medium_decision(const std::string& name, const Scene& scene, const RunC
 }
 
 Decisions decisions_of(const Scene& scene, const View& view, const RunConfig& run) {
-    return {{}, motion_decisions(scene, run, false), {}, end_decisions(scene, run), picture_decisions(scene, view)};
+    return {
+        {}, motion_decisions(scene, run, false), {}, end_decisions(scene, run), picture_decisions(scene, view, run)};
 }
 
 }  // namespace kagero

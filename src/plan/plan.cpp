@@ -3,6 +3,7 @@
 #include "appearance/redshift.h"
 #include "error.h"
 #include "plan/names.h"
+#include "plan/sampling.h"
 #include "scene/value.h"
 
 #include <algorithm>
@@ -152,11 +153,17 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
         camera_needs_double(scene, plan.view))
         throw InputError(scene.description.camera.position_location,
                          position_of_camera(scene) + ": " + describe(Failure::needs_double));
+    if (purpose == Purpose::picture && reason_for_full_sampling(scene, plan.view, plan.run).empty())
+        plan.run.interpolation_bound = interpolation_bound_of(scene.description);
     plan.decisions = decisions_of(scene, plan.view, plan.run);
     for (std::size_t i = 0; i < plan.media.size(); ++i)
         plan.decisions.media.push_back(
             medium_decision(scene.description.media[i].name, *plan.media[i].scene, plan.media[i].run));
     plan.remarks = remarks_of(scene, plan.run, purpose);
+    if (purpose == Purpose::picture && scene.description.film.sampling == Sampling::adaptive &&
+        !(plan.run.interpolation_bound > 0))
+        plan.remarks.push_back("the picture is sampled in full: " +
+                               reason_for_full_sampling(scene, plan.view, plan.run));
     if (plan.view.spacetime) {
         const std::string remark = check_sky_frame(scene.sources.skies, scene.limits.escape_radius, scene.unit);
         if (!remark.empty()) plan.remarks.push_back(remark);

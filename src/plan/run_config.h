@@ -40,6 +40,8 @@ struct RunConfig {
     std::optional<std::uint32_t> max_bounces;
     /// True: paths take random branches at surfaces although a pixel has one ray, because it is one of several samples.
     bool is_one_sample = false;
+    /// Bound on the error of interpolated ray ends, in pixels; 0: the rays of all pixels are traced.
+    double interpolation_bound = 0;
     std::optional<Schedule> schedule;  ///< Empty: schedule_of in render/schedule.h chooses one.
 };
 

@@ -4,7 +4,6 @@
 #include "film/film.h"
 #include "formula/nodes.h"
 #include "modules/modules.h"
-#include "plan/formula_space.h"
 #include "plan/names.h"
 #include "plan/units.h"
 #include "scene/print.h"
@@ -12,6 +11,7 @@
 #include "scene/vector3.h"
 #include "spaces/charts.h"
 #include "spaces/formula_form.h"
+#include "spaces/formula_space.h"
 
 #include <algorithm>
 #include <cmath>

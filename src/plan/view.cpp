@@ -2,11 +2,11 @@
 
 #include "error.h"
 #include "geometry/clearance.h"
-#include "plan/formula_space.h"
 #include "plan/names.h"
 #include "scene/value.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
+#include "spaces/formula_space.h"
 #include "spaces/rest_frame.h"
 #include "spaces/velocity.h"
 

@@ -84,7 +84,8 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
     const double predict_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     RunControl remaining_control = control;
     remaining_control.time_limit -= predict_seconds;
-    RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control, branch_choice_of(plan));
+    RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control, branch_choice_of(plan),
+                                 plan.run.interpolation_bound);
     report.schedule = schedule;
     report.predict_seconds = predict_seconds;
     report.seconds += predict_seconds;

@@ -1,5 +1,6 @@
 #include "render/run.h"
 
+#include "adaptive/sample_tile.h"
 #include "kernels/assertion.h"
 #include "render/threads.h"
 
@@ -19,6 +20,7 @@ namespace {
 /// Buffers and results of one thread, aligned so that no two threads use the same cache line.
 struct alignas(64) ThreadData {
     TracedRays traced;
+    AdaptiveSamples samples;  ///< Used only if the run interpolates ray ends.
     PathCounters counters;
     PathLengths path_lengths;
     ThreadTime time;
@@ -26,6 +28,9 @@ struct alignas(64) ThreadData {
     std::array<std::uint64_t, failure_count> failures{};
     PercentileHistogram energy_errors;
     ValueCounter tile_errors;  ///< Energy errors of the tile in progress, if tiles have reports.
+    std::uint64_t pixels = 0, interpolated_pixels = 0;
+    ValueCounter tile_interpolation_errors;
+    PercentileHistogram interpolation_errors;
 };
 
 double processor_seconds() {
@@ -44,8 +49,17 @@ RunReport merge_results(std::vector<ThreadData>& threads) {
     RunTotals totals;
     RunReport report;
     for (const ThreadData& data : threads) {
-        totals.add({data.rays, data.counters.total, data.path_lengths, data.counters.generations, data.failures, {}});
+        totals.add({data.rays,
+                    data.counters.total,
+                    data.path_lengths,
+                    data.counters.generations,
+                    data.failures,
+                    {},
+                    data.pixels,
+                    data.interpolated_pixels,
+                    {}});
         totals.energy_errors.add(data.energy_errors);
+        totals.interpolation_errors.add(data.interpolation_errors);
         report.threads.push_back(data.time);
     }
     totals.write_to(report);
@@ -56,8 +70,9 @@ RunReport merge_results(std::vector<ThreadData>& threads) {
 class Run {
 public:
     Run(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-        const RunControl& control, BranchChoice choice)
-        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), control_(control), choice_(choice) {
+        const RunControl& control, BranchChoice choice, double interpolation_bound)
+        : plan_(plan), job_(job), work_(work), rays_(rays), done_(done), control_(control), choice_(choice),
+          interpolation_bound_(interpolation_bound) {
         for (std::size_t i = 0; i < work.tiles.size(); ++i) total_cost_ += cost(i);
         if (control.recording) control.recording->tiles.assign(work.tiles.size(), TileRecord{});
     }
@@ -133,7 +148,8 @@ private:
     bool trace_and_finish(const Tile& tile, ThreadData& data, TileRecord* record) {
         const PathCounters counters_before = data.counters;
         TileCancellation cancellation{*this};
-        if (rays_) rays_(tile, data.traced.list);
+        const bool interpolates = interpolation_bound_ > 0;
+        if (rays_ && !interpolates) rays_(tile, data.traced.list);
         if (record) {
             record->listed = rays_ ? seconds() : record->begin;
             record->ticks = __rdtsc();
@@ -142,7 +158,9 @@ private:
         job.timed = record && record->has_tick_counts;
         const CancelToken cancel{[](void* user) { return static_cast<TileCancellation*>(user)->update(); },
                                  &cancellation};
-        trace_paths(plan_, job, tile, choice_, data.traced, data.counters, cancel);
+        if (interpolates)
+            sample_tile(plan_, job, tile, interpolation_bound_, data.traced, data.samples, data.counters.total, cancel);
+        else trace_paths(plan_, job, tile, choice_, data.traced, data.counters, cancel);
         if (record) {
             record->traced = seconds();
             record->ticks = __rdtsc() - record->ticks;
@@ -155,7 +173,8 @@ private:
         const auto failed = static_cast<std::size_t>(Status::failed);
         const bool has_failures = data.counters.total.ended[failed] != counters_before.total.ended[failed];
         if (!control_.tile_finished) {
-            count_rays(data.traced, has_failures, data, data.energy_errors);
+            count_rays(data, has_failures, data, data.energy_errors);
+            data.interpolation_errors.add(count_pixels(data, data));
             return true;
         }
         const TileReport report = report_of(data, counters_before, has_failures);
@@ -163,14 +182,18 @@ private:
         data.path_lengths.add(report.path_lengths);
         for (std::size_t i = 0; i < failure_count; ++i) data.failures[i] += report.failures[i];
         data.energy_errors.add(report.energy_errors);
+        data.pixels += report.pixels;
+        data.interpolated_pixels += report.interpolated_pixels;
+        data.interpolation_errors.add(report.interpolation_errors);
         control_.tile_finished(tile, report);
         return true;
     }
     /// Adds the rays of a tile and their failures to `counts`, which is a ThreadData or a TileReport, and their energy
     /// errors to `errors`.
     template <class Counts, class Errors>
-    void count_rays(const TracedRays& traced, bool has_failures, Counts& counts, Errors& errors) const {
-        const std::vector<RayEnd>& ends = traced.ends;
+    void count_rays(const ThreadData& data, bool has_failures, Counts& counts, Errors& errors) const {
+        const TracedRays& traced = data.traced;
+        const std::vector<RayEnd>& ends = interpolation_bound_ > 0 ? data.samples.nodes.ends() : traced.ends;
         counts.rays += ends.size();
         for (std::size_t i = 0; i < traced.paths.size(); ++i)
             counts.path_lengths.add(traced.paths[i].bounces, ends[i].cut_off);
@@ -180,6 +203,16 @@ private:
         for (const RayEnd& end : ends)  // NaN for a ray that could not start
             if (!std::isnan(end.energy_error)) errors.add(end.energy_error);
     }
+    /// Adds the pixels of a tile to `counts`, which is a ThreadData or a TileReport, if the run interpolates ray ends.
+    /// Returns the estimated errors of the interpolated pixels.
+    template <class Counts>
+    ValueCounts count_pixels(ThreadData& data, Counts& counts) const {
+        if (!(interpolation_bound_ > 0)) return {};
+        counts.pixels += data.traced.ends.size();
+        counts.interpolated_pixels += data.samples.errors.size();
+        for (const double error : data.samples.errors) data.tile_interpolation_errors.add(error);
+        return data.tile_interpolation_errors.take();
+    }
     /// Returns the report of the tile that the thread has just traced. `before` contains its counters before the tile.
     TileReport report_of(ThreadData& data, const PathCounters& before, bool has_failures) const {
         TileReport report;
@@ -187,8 +220,9 @@ private:
         report.generations = data.counters.generations;
         for (std::size_t i = 0; i < before.generations.size(); ++i)
             report.generations[i] = difference(report.generations[i], before.generations[i]);
-        count_rays(data.traced, has_failures, report, data.tile_errors);
+        count_rays(data, has_failures, report, data.tile_errors);
         report.energy_errors = data.tile_errors.take();
+        report.interpolation_errors = count_pixels(data, report);
         return report;
     }
     /// Adds the cost of a finished tile, and calls the progress callback unless another thread is calling it.
@@ -206,6 +240,7 @@ private:
     const TileDone& done_;
     const RunControl& control_;
     const BranchChoice choice_;
+    const double interpolation_bound_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     double total_cost_ = 0;                  ///< Cost of all tiles.
     std::atomic<double> finished_cost_ = 0;  ///< Cost of the finished tiles.
@@ -220,9 +255,9 @@ private:
 }  // namespace
 
 RunReport run_tiles(const Plan& plan, const Job& job, const WorkList& work, const TileRays& rays, const TileDone& done,
-                    const RunControl& control, BranchChoice choice) {
+                    const RunControl& control, BranchChoice choice, double interpolation_bound) {
     std::vector<ThreadData> threads(std::max(plan.run.threads, 1u));
-    Run run(plan, job, work, rays, done, control, choice);
+    Run run(plan, job, work, rays, done, control, choice, interpolation_bound);
     run_on_threads(static_cast<unsigned>(threads.size()),
                    [&](unsigned thread) { run.process_tiles(thread, threads[thread]); });
     const double elapsed = run.seconds();

@@ -12,6 +12,9 @@ void RunTotals::add(const TileReport& report) {
     for (std::size_t i = 0; i < report.generations.size(); ++i) sums.generations[i].add(report.generations[i]);
     for (std::size_t i = 0; i < failure_count; ++i) sums.failures[i] += report.failures[i];
     energy_errors.add(report.energy_errors);
+    sums.pixels += report.pixels;
+    sums.interpolated_pixels += report.interpolated_pixels;
+    interpolation_errors.add(report.interpolation_errors);
 }
 
 void RunTotals::write_to(RunReport& report) const {
@@ -21,6 +24,9 @@ void RunTotals::write_to(RunReport& report) const {
     report.generations = sums.generations;
     report.failures = sums.failures;
     report.energy_error = energy_errors.percentiles();
+    report.pixels = sums.pixels;
+    report.interpolated_pixels = sums.interpolated_pixels;
+    report.interpolation_error = interpolation_errors.percentiles();
 }
 
 }  // namespace kagero

@@ -49,6 +49,8 @@ struct TileReport {
     std::vector<GenerationCount> generations;
     std::array<std::uint64_t, failure_count> failures{};
     ValueCounts energy_errors;  ///< Empty if the run does not measure the error of H.
+    std::uint64_t pixels = 0, interpolated_pixels = 0;  ///< 0 if the rays of all pixels are traced.
+    ValueCounts interpolation_errors;                   ///< Estimated errors of interpolated pixels, in pixels.
 };
 
 /// The measurements of a run.
@@ -63,6 +65,9 @@ struct RunReport {
     std::vector<GenerationCount> generations;             ///< Empty if no ray can continue at a surface.
     std::array<std::uint64_t, failure_count> failures{};  ///< Number of rays for each value of Failure.
     Percentiles energy_error = percentiles_of({});  ///< Requires Options::energy_error or the layer `energy_error`.
+    /// Number of pixels, and of those whose ray ends are interpolated; 0 if the rays of all pixels are traced.
+    std::uint64_t pixels = 0, interpolated_pixels = 0;
+    Percentiles interpolation_error = percentiles_of({});  ///< Estimated errors of these ray ends, in pixels.
     std::uint64_t earlier_rays = 0;  ///< Number of these rays that were not traced by this run, but read from a file.
     bool interrupted = false;                       ///< True if some tiles were not finished.
     bool out_of_time = false;                       ///< True if the time limit is the reason for this.
@@ -82,8 +87,8 @@ Counters combine(const Counters& a, const Counters& b, Operation operation) {
 
 /// The sums of several reports. They do not depend on the order in which reports are added.
 struct RunTotals {
-    TileReport sums;  ///< TileReport::energy_errors is not used.
-    PercentileHistogram energy_errors;
+    TileReport sums;  ///< The errors in it are not used.
+    PercentileHistogram energy_errors, interpolation_errors;
 
     void add(const TileReport& report);
     /// Replaces the rays, counters, path lengths, failures and energy errors of a report by the sums.

@@ -1,5 +1,6 @@
 #include "render/schedule.h"
 
+#include "adaptive/sample_tile.h"
 #include "kernels/assertion.h"
 
 #include <algorithm>
@@ -34,6 +35,7 @@ struct TileSize {
 };
 
 TileSize tile_size(const Plan& plan, Schedule schedule) {
+    if (plan.run.interpolation_bound > 0) return {adaptive_tile_edge, adaptive_tile_edge};
     const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
     if (schedule != Schedule::scanline) return {edge, edge};
     const std::uint32_t height = std::min(edge, max_packet_edge);
@@ -42,7 +44,7 @@ TileSize tile_size(const Plan& plan, Schedule schedule) {
 }
 
 bool is_prediction_worthwhile(const Plan& plan) {
-    if (plan.scene->straight) return false;
+    if (plan.scene->straight || plan.run.interpolation_bound > 0) return false;
     const std::uint32_t spp = plan.description().film.spp, edge = tile_edge(spp);
     const Tile& window = plan.view.window;
     const std::uint64_t pixels = std::uint64_t{window.x1 - window.x0} * (window.y1 - window.y0);

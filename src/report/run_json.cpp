@@ -93,6 +93,10 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
     json["status"] = status_json(report);
     add_bounces(json, report);
+    json["traced_share"] = report.pixels > 0 ? 1 - ratio(double(report.interpolated_pixels), double(report.pixels)) : 1;
+    if (report.interpolated_pixels > 0)
+        json["interpolation_error"] = {{"p99", report.interpolation_error.p99},
+                                       {"max", report.interpolation_error.max}};
     json["energy_error"] = energy_json(plan, report);
     json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
     const auto vectorized = vectorization_ratio(plan, report);

@@ -133,6 +133,14 @@ struct CameraDescription {
 };
 
 /// The table [film].
+/// The rays of a picture that are traced: all, or only as many as are necessary to interpolate the others.
+enum class Sampling { full, adaptive };
+/// Returns the names of the values of Sampling in scene files, in the same order.
+inline const std::vector<std::string>& sampling_names() {
+    static const std::vector<std::string> names{"full", "adaptive"};
+    return names;
+}
+
 struct FilmDescription {
     std::uint32_t width = 0, height = 0;
     std::uint32_t spp = 1;             ///< Rays per pixel.
@@ -140,6 +148,8 @@ struct FilmDescription {
     std::vector<std::string> layers{"color"};
     std::uint32_t max_bounces = 8;  ///< Greatest number of mirrors and boundaries on the path of a pixel.
     Tone tone;                      ///< Conversion of the colours for displays.
+    Sampling sampling = Sampling::full;
+    double max_interpolation_error = 0.25;  ///< Bound on the error of interpolated ray ends, in pixels.
 };
 
 /// The paint of a surface or a sky.

@@ -280,6 +280,8 @@ std::string print_scene(const SceneDescription& scene) {
     line("seed", scene.film.seed);
     line("exposure", scene.film.tone.exposure);
     line("tone", tone_curve_names()[static_cast<std::size_t>(scene.film.tone.curve)]);
+    line("sampling", sampling_names()[static_cast<std::size_t>(scene.film.sampling)]);
+    line("max_interpolation_error", scene.film.max_interpolation_error);
     std::string layers;
     for (const std::string& layer : scene.film.layers) append_to_list(layers, to_toml(layer));
     out << "layers = [" << layers << "]\n";

@@ -1,5 +1,6 @@
 #include "tuning/choose_method.h"
 
+#include "plan/sampling.h"
 #include "tuning/method_search.h"
 
 #include <algorithm>
@@ -97,7 +98,7 @@ bool needs_method_search(const Plan& plan) {
 Plan choose_method(Plan plan, const RunControl& control) {
     MethodTrial trial;
     trial.is_stated = plan.description().integrator.max_pixel_error > 0;
-    trial.bound = trial.is_stated ? plan.description().integrator.max_pixel_error : default_max_pixel_error;
+    trial.bound = trial.is_stated ? method_bound_of(plan.description(), plan.run) : default_max_pixel_error;
     MethodSearch search(plan, trial.bound, control);
     search.run();
     trial.rays = search.rays;

@@ -4,7 +4,7 @@
 #include "formula/nodes.h"
 #include "formula/parser.h"
 #include "modules/modules.h"
-#include "plan/formula_space.h"
+#include "spaces/formula_space.h"
 #include "target.h"
 
 #include <string>

@@ -104,7 +104,8 @@ CameraDescription load_camera(const Section& section, SpaceDescription& space,
 }
 
 FilmDescription load_film(const Section& section, const std::vector<std::string>& layers) {
-    check_keys(section, {"size", "spp", "seed", "layers", "max_bounces", "exposure", "tone"});
+    check_keys(section, {"size", "spp", "seed", "layers", "max_bounces", "exposure", "tone", "sampling",
+                         "max_interpolation_error"});
     FilmDescription film;
     const Value& size = require(section, "size");
     if (size.kind != Value::Kind::array || size.items.size() != 2) fail(size, "film.size", "an array [width, height]");
@@ -119,6 +120,9 @@ FilmDescription load_film(const Section& section, const std::vector<std::string>
     read(section, "exposure", film.tone.exposure, {-max_exposure, max_exposure});
     if (const Value* tone = find(section, "tone"))
         film.tone.curve = static_cast<ToneCurve>(to_choice(*tone, "film.tone", tone_curve_names()));
+    if (const Value* sampling = find(section, "sampling"))
+        film.sampling = static_cast<Sampling>(to_choice(*sampling, "film.sampling", sampling_names()));
+    read(section, "max_interpolation_error", film.max_interpolation_error, {1e-6, 100});
     if (const Value* chosen = find(section, "layers")) {
         if (chosen->kind != Value::Kind::array || chosen->items.empty())
             fail(*chosen, "film.layers", "an array of layer names");

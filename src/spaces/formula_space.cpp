@@ -1,4 +1,4 @@
-#include "plan/formula_space.h"
+#include "spaces/formula_space.h"
 
 #include "formula/nodes.h"
 #include "kernels/operation.h"
@@ -39,8 +39,13 @@ std::vector<double> branch_magnitudes(const FormulaDescription& formula, double 
             // The directions are spread evenly over the sphere, and the distances over two orders of magnitude.
             const double height = 2 * (k + 0.5) / points - 1, width = std::sqrt(1 - height * height),
                          angle = 2.39996 * k, distance = size * std::pow(0.01, double((7 * k) % points) / points);
-            const FormulaPoint point{distance * width * std::cos(angle), distance * width * std::sin(angle),
-                                     distance * height, 1, 0.5, 0.25, formula.parsed.pt};
+            const FormulaPoint point{distance * width * std::cos(angle),
+                                     distance * width * std::sin(angle),
+                                     distance * height,
+                                     1,
+                                     0.5,
+                                     0.25,
+                                     formula.parsed.pt};
             const double other = branches_by_sign(node.op) ? 0 : evaluate(formula.scope, node.b, point);
             const double difference = std::abs(evaluate(formula.scope, node.a, point) - other);
             if (difference > 0 && std::isfinite(difference)) values.push_back(difference);

@@ -1,0 +1,27 @@
+/// Tests whether a bundle of neighbouring rays passes close to a surface that none of the traced rays meets.
+#pragma once
+
+#include "adaptive/ray_nodes.h"
+#include "geometry/geometry.h"
+
+#include <array>
+#include <optional>
+
+namespace kagero {
+
+/// The paths of the ray in the middle of a cell, and of the rays at its corners.
+struct Bundle {
+    std::span<const PathVertex> middle;
+    std::array<std::span<const PathVertex>, 4> corners;
+};
+
+/// Returns true if no ray between the corners of a bundle can meet a surface other than `end_face`, on which all of its
+/// traced rays end; empty: they end on no surface.
+///
+/// Points of the paths that lie at the same fraction of their lengths are compared. Around the middle ray, the bundle
+/// is contained in balls whose radius is the distance to the corner rays, with a margin. The test moves along the ray
+/// by the distance from the ball to the nearest surface, as in sphere tracing (J. C. Hart, The Visual Computer 12,
+/// 1996).
+bool keeps_clear(const Bundle& bundle, const Geometry& geometry, const std::optional<Face>& end_face);
+
+}  // namespace kagero

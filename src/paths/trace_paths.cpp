@@ -1,7 +1,8 @@
 #include "paths/trace_paths.h"
 
 #include "paths/interaction.h"
-#include "rays/sampler.h"
+#include "rays/pixel_rays.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 #include <chrono>
@@ -80,7 +81,7 @@ public:
                 PathCounters& counters, const CancelToken& cancel)
         : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
           job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1),
-          solver_(plan) {}
+          solver_(plan), pixel_rays_(plan.description()) {}
 
     /// Traces the first generation.
     void start() {
@@ -152,6 +153,18 @@ private:
     /// Continues the rays of `continuing_`, whose hits are in `hits_`.
     void continue_rays();
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Adds the light that a diffuse surface emits to a path. Returns the colour of the surface.
+    DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
+    /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends it.
+    void scatter(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Returns true if Russian roulette ends a path at a diffuse surface. Otherwise, divides its weight by the probability
+    /// of its survival, so that the mean of the light does not change.
+    bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
+    PixelRay pixel_ray_of(std::uint32_t ray) const;
+    bool ends_ray(const ObjectDescription& object) const {
+        return !sends_light_on(object) ||
+               (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
+    }
     const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
     /// Traces the segments of all media, and appends them to their paths.
     void trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin, std::size_t generation);
@@ -179,6 +192,7 @@ private:
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
+    const PixelRays pixel_rays_;
     std::vector<RayEnd> segment_ends_;
 };
 
@@ -189,8 +203,10 @@ bool Generations::prepare() {
         for (const std::uint32_t ray : traced_[medium]) {
             const RayEnd& end = rays_.ends[ray];
             if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
-            if (!plan_.run.max_bounces || end.status != Status::hit || !sends_light_on(objects[end.surface])) continue;
+            if (!plan_.run.max_bounces || end.status != Status::hit || ends_ray(objects[end.surface])) continue;
             if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
+                if (objects[end.surface].material == Material::diffuse)
+                    add_emission(ray, {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}});
                 rays_.ends[ray].cut_off = true;
                 end_path(ray, Status::step_limit, Failure::none);
                 continue;
@@ -213,20 +229,62 @@ void Generations::continue_rays() {
 }
 
 const Branch* Generations::choose(std::uint32_t ray, const SurfaceInteraction& interaction) const {
-    if (choice_ == BranchChoice::stronger) return interaction.stronger();
-    const FilmDescription& film = plan_.description().film;
-    const std::uint32_t pixel = ray / film.spp, width = tile_.x1 - tile_.x0;
-    return interaction.sampled(sample_number(tile_.x0 + pixel % width, tile_.y0 + pixel / width, ray % film.spp,
-                                             film.seed, rays_.paths[ray].bounces));
+    if (choice_ != BranchChoice::sampled) return interaction.stronger();
+    const PixelRay member = pixel_ray_of(ray);
+    return interaction.sampled(
+        sample_number(member.x, member.y, member.index, member.seed, rays_.paths[ray].bounces));
+}
+
+PixelRay Generations::pixel_ray_of(std::uint32_t ray) const {
+    const std::uint32_t spp = plan_.description().film.spp, pixel = ray / spp, width = tile_.x1 - tile_.x0;
+    return pixel_rays_.ray(tile_.x0 + pixel % width, tile_.y0 + pixel / width, ray % spp);
+}
+
+bool Generations::ends_by_roulette(const PixelRay& ray, PathState& path) const {
+    constexpr std::uint32_t certain_bounces = 3;  // short paths carry most of the light, and are always followed
+    const double greatest = std::ranges::max(path.weight);
+    if (!(greatest > 0)) return true;
+    if (path.bounces < certain_bounces || greatest >= 1) return false;
+    if (sample_number(ray, RandomChoice::roulette, path.bounces) >= greatest) return true;
+    path.weight = scaled(path.weight, 1 / greatest);
+    return false;
+}
+
+DiffuseColor Generations::add_emission(std::uint32_t ray, const DiffusePoint& point) {
+    const RayEnd& end = rays_.ends[ray];
+    PathState& path = rays_.paths[ray];
+    const DiffuseColor color = diffuse_color(plan_, point, {end.v[0], end.v[1], end.v[2]});
+    for (std::size_t k = 0; k < 3; ++k) path.light[k] += path.weight[k] * color.emission[k];
+    return color;
+}
+
+void Generations::scatter(std::uint32_t ray, const SurfaceInteraction& interaction) {
+    const DiffusePoint& point = *interaction.diffuse;
+    PathState& path = rays_.paths[ray];
+    const DiffuseColor color = add_emission(ray, point);
+    for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= color.albedo[k];
+    const PixelRay member = pixel_ray_of(ray);
+    if (ends_by_roulette(member, path)) return;
+    const std::optional<SurfaceFrame> frame = SurfaceFrame::at(plan_, point);
+    if (!frame) return end_path(ray, Status::failed, Failure::no_continuation);
+    const RayStart start = frame->start_along(
+        cosine_direction(frame->normal(), sample_square(member, RandomChoice::direction, path.bounces)));
+    if (start.failure != Failure::none) return end_path(ray, Status::failed, Failure::no_continuation);
+    path.frequency *= interaction.frequency;
+    path.is_scattered = true;
+    ++path.bounces;
+    --counters_.total.ended[static_cast<int>(Status::hit)];
+    next_[point.medium].add(ray, start);
 }
 
 void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction) {
+    if (interaction.diffuse) return scatter(ray, interaction);
     const Branch* branch = choose(ray, interaction);
     if (interaction.leaves_medium) return end_path(ray, Status::failed, Failure::left_medium);
     if (!branch) return end_path(ray, Status::failed, Failure::no_continuation);
     const RayEnd& end = rays_.ends[ray];
     PathState& path = rays_.paths[ray];
-    const double share = choice_ == BranchChoice::stronger ? branch->share : 1;
+    const double share = choice_ == BranchChoice::sampled ? 1 : branch->share;
     for (std::size_t k = 0; k < 3; ++k)
         path.weight[k] *= share * branch->radiance * plan_.description().objects[end.surface].tint[k];
     path.frequency *= interaction.frequency;

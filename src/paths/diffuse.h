@@ -1,0 +1,52 @@
+/// Diffuse surfaces: their colours, and the directions into which they scatter rays.
+#pragma once
+
+#include "plan/plan.h"
+
+#include <optional>
+
+namespace kagero {
+
+/// A point of a diffuse surface at which a ray arrives.
+struct DiffusePoint {
+    std::uint32_t medium = 0;                  ///< The medium of the ray (index of Plan::medium).
+    std::uint32_t surface = 0, primitive = 0;  ///< The surface, and its triangle.
+    Double3 position{};                        ///< In the coordinates of the medium.
+    Double3 normal{};                          ///< Unit normal in coordinates, toward the side of the ray.
+};
+
+/// The share of the light that a surface scatters, and the light that it emits.
+struct DiffuseColor {
+    Double3 albedo{}, emission{};
+};
+
+/// Returns the colour of a diffuse surface at a point. `toward` is the unit direction of the ray at its end.
+DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward);
+
+/// The frame in which a diffuse surface is at rest, at one point. In a spacetime, it is the rest frame of the static
+/// observer there. In a medium without p_t, it is that of the coordinates, and directions are those of dq/dλ.
+class SurfaceFrame {
+public:
+    /// Returns the frame; nothing if no matter can be at rest at the point, as inside an ergosphere.
+    static std::optional<SurfaceFrame> at(const Plan& plan, const DiffusePoint& point);
+
+    /// Returns the unit normal toward the side of the ray, in the axes of the frame.
+    const Double3& normal() const { return normal_; }
+    /// Returns the start of the ray that leaves the surface in a unit direction of the frame.
+    RayStart start_along(const Double3& direction) const;
+
+private:
+    SurfaceFrame(const Scene& scene, const DiffusePoint& point) : scene_(scene), point_(point) {}
+
+    const Scene& scene_;
+    DiffusePoint point_;
+    std::optional<StartMap> map_;  ///< Map from directions to momenta in a spacetime.
+    Double3 normal_{};
+};
+
+/// Returns the unit direction around a normal that belongs to a point in the unit square. Points that fill the square
+/// evenly give directions whose density is cos θ/π, with the angle θ from the normal: Malley's method, with the map of
+/// concentric_disk (src/rays/sampler.h).
+Double3 cosine_direction(const Double3& normal, const std::array<double, 2>& point);
+
+}  // namespace kagero

@@ -252,6 +252,8 @@ void InteractionSolver::divide_light(std::uint32_t medium, const Crossing& cross
     const double ratio = incident.index / transmitted.index;
     interaction.transmitted->share = 1 - reflected;
     interaction.transmitted->radiance = ratio * ratio;
+    interaction.index = incident.index;
+    interaction.transmitted_index = transmitted.index;
     if (!(reflected > 0)) interaction.reflected.reset();
     if (interaction.reflected) interaction.reflected->share = reflected;
 }

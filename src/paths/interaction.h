@@ -37,6 +37,7 @@ struct SurfaceInteraction {
     std::optional<Branch> reflected, transmitted;
     std::optional<DiffusePoint> diffuse;  ///< Set at a diffuse surface, which has no branches.
     double frequency = 1;        ///< Factor that scales the ray's momentum to |p_t| = 1; 1 for rays without p_t.
+    double index = 1, transmitted_index = 1;  ///< Refractive indices on the side of the ray, and beyond a boundary.
     bool leaves_medium = false;  ///< The surface does not bound the medium of the ray on the side of the ray.
 
     /// Returns the stronger branch; null if the light cannot continue.
@@ -50,7 +51,7 @@ struct SurfaceInteraction {
 ///
 /// A boundary preserves the radiance divided by the squared index, times the share of the branch and the tint. The
 /// index is |p|, divided by the frequency; in a spacetime, both are those of the rest frame of the surface, and the
-/// index is 1. Null rays are first scaled to |p_t| = 1.
+/// index is 1. The indices are those at the boundary; MediumIndices takes into account that they vary in a medium. Null rays are first scaled to |p_t| = 1.
 class InteractionSolver {
 public:
     explicit InteractionSolver(const Plan& plan);

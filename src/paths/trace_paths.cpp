@@ -1,6 +1,6 @@
 #include "paths/trace_paths.h"
 
-#include "paths/interaction.h"
+#include "paths/medium_indices.h"
 #include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 
@@ -134,6 +134,7 @@ private:
     void begin_paths(std::uint32_t medium) {
         rays_.paths.assign(rays_.ends.size(), PathState{});
         origins_.resize(rays_.ends.size());
+        indices_.reset(plan_, rays_.ends.size());
         for (PathState& path : rays_.paths) path.medium = medium;
     }
     /// Adds the work of a generation since `begin`, when the counters were `before`.
@@ -193,6 +194,7 @@ private:
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
     const PixelRays pixel_rays_;
+    MediumIndices indices_;
     std::vector<RayEnd> segment_ends_;
 };
 
@@ -285,10 +287,11 @@ void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& inte
     const RayEnd& end = rays_.ends[ray];
     PathState& path = rays_.paths[ray];
     const double share = choice_ == BranchChoice::sampled ? 1 : branch->share;
-    for (std::size_t k = 0; k < 3; ++k)
-        path.weight[k] *= share * branch->radiance * plan_.description().objects[end.surface].tint[k];
-    path.frequency *= interaction.frequency;
     const bool is_transmitted = interaction.transmitted && branch == &*interaction.transmitted;
+    const double radiance = is_transmitted ? indices_.radiance_ratio(ray, path.medium, interaction) : branch->radiance;
+    for (std::size_t k = 0; k < 3; ++k)
+        path.weight[k] *= share * radiance * plan_.description().objects[end.surface].tint[k];
+    path.frequency *= interaction.frequency;
     path.surfaces = (path.surfaces ^ (2 * std::uint64_t{end.surface} + is_transmitted + 1)) * 0x9e3779b97f4a7c15u;
     ++path.bounces;
     path.medium = branch->medium;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kagero {
 namespace {
@@ -27,13 +28,18 @@ Double3 normal_in_frame(const StartMap& map, const Double3& n) {
     return unit(solve_columns(columns, n));
 }
 
+/// Returns a point in the coordinates of the space of the scene.
+Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
+    const Double3 &from = plan.medium(point.medium).description().space.center,
+                  &to = plan.description().space.center;
+    return add(point.position, subtract(from, to));
+}
+
 }  // namespace
 
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward) {
-    const Double3 to_space = subtract(plan.medium(point.medium).description().space.center,
-                                      plan.description().space.center);
     const Float3 color = plan.scene->paints->surface_color(point.surface, point.primitive,
-                                                           add(point.position, to_space), toward);
+                                                           position_in_space(plan, point), toward);
     DiffuseColor result;
     const double strength = plan.description().objects[point.surface].emission_strength;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -85,6 +91,22 @@ Double3 cosine_direction(const Double3& normal, const std::array<double, 2>& poi
     const double height = std::sqrt(std::max(0.0, 1 - x * x - y * y));
     const auto [e1, e2] = axes_around(normal);
     return add(scaled(normal, height), add(scaled(e1, x), scaled(e2, y)));
+}
+
+ScatteredDirection Scatterer::scatter(const DiffusePoint& point, const SurfaceFrame& frame, const PixelRay& ray,
+                                      std::uint32_t bounce) {
+    constexpr double light_share = 0.5;
+    const std::array<double, 2> square = sample_square(ray, RandomChoice::direction, bounce);
+    const LightProposals* proposals = plan_.scene->lights.get();
+    if (!proposals || proposals->empty() ||
+        !lights_.set(*proposals, position_in_space(plan_, point), frame.normal()))
+        return {cosine_direction(frame.normal(), square), 1};
+    const double number = sample_number(ray, RandomChoice::strategy, bounce);
+    const Double3 direction = number < light_share ? lights_.direction(number / light_share, square)
+                                                   : cosine_direction(frame.normal(), square);
+    const double scattered = std::max(0.0, dot(direction, frame.normal())) / std::numbers::pi;
+    const double density = light_share * lights_.density(direction) + (1 - light_share) * scattered;
+    return {direction, scattered / density};
 }
 
 }  // namespace kagero

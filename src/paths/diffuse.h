@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/plan.h"
+#include "rays/sampler.h"
 
 #include <optional>
 
@@ -48,5 +49,27 @@ private:
 /// evenly give directions whose density is cos θ/π, with the angle θ from the normal: Malley's method, with the map of
 /// concentric_disk (src/rays/sampler.h).
 Double3 cosine_direction(const Double3& normal, const std::array<double, 2>& point);
+
+/// A direction into which a surface scatters a ray, and the factor of the light from there: cos θ/π, divided by the
+/// probability of the direction per solid angle.
+struct ScatteredDirection {
+    Double3 direction{};
+    double factor = 1;
+};
+
+/// Chooses directions of scattered rays: with equal probabilities in the cosine distribution or toward a light, if a light
+/// is above the horizon of the point. The object keeps its memory from call to call.
+class Scatterer {
+public:
+    explicit Scatterer(const Plan& plan) : plan_(plan) {}
+
+    /// Returns a direction in a frame. `bounce` is the number of surfaces that the path has met before.
+    ScatteredDirection scatter(const DiffusePoint& point, const SurfaceFrame& frame, const PixelRay& ray,
+                               std::uint32_t bounce);
+
+private:
+    const Plan& plan_;
+    LightProposals::Around lights_;
+};
 
 }  // namespace kagero

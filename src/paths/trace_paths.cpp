@@ -81,7 +81,7 @@ public:
                 PathCounters& counters, const CancelToken& cancel)
         : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
           job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1),
-          solver_(plan), pixel_rays_(plan.description()) {}
+          solver_(plan), scatterer_(plan), pixel_rays_(plan.description()) {}
 
     /// Traces the first generation.
     void start() {
@@ -193,6 +193,7 @@ private:
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
+    Scatterer scatterer_;
     const PixelRays pixel_rays_;
     MediumIndices indices_;
     std::vector<RayEnd> segment_ends_;
@@ -269,8 +270,10 @@ void Generations::scatter(std::uint32_t ray, const SurfaceInteraction& interacti
     if (ends_by_roulette(member, path)) return;
     const std::optional<SurfaceFrame> frame = SurfaceFrame::at(plan_, point);
     if (!frame) return end_path(ray, Status::failed, Failure::no_continuation);
-    const RayStart start = frame->start_along(
-        cosine_direction(frame->normal(), sample_square(member, RandomChoice::direction, path.bounces)));
+    const ScatteredDirection scattered = scatterer_.scatter(point, *frame, member, path.bounces);
+    path.weight = scaled(path.weight, scattered.factor);
+    if (!(scattered.factor > 0)) return;  // a direction toward a light, below the horizon
+    const RayStart start = frame->start_along(scattered.direction);
     if (start.failure != Failure::none) return end_path(ray, Status::failed, Failure::no_continuation);
     path.frequency *= interaction.frequency;
     path.is_scattered = true;

@@ -5,6 +5,7 @@
 #include "render/operation_count.h"
 #include "render/trace.h"
 #include "tuning/precision.h"
+#include "tuning/scattered_sample.h"
 #include "tuning/shadow_edge.h"
 
 #include <algorithm>
@@ -244,6 +245,8 @@ void MethodSearch::try_method(const char* name) {
 
 void MethodSearch::run() {
     sample_ = sample_rays(plan_, search_grid, search_grid);
+    if (has_material(plan_.description(), Material::diffuse))
+        add_scattered_rays(plan_, {.stop = control_.stop}, sample_);
     rays = sample_.starts.size();
     may_use_float_ = has_float();
     precision_ = plan_.run.kernel_request.precision.value_or(Precision::float64);

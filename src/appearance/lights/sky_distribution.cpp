@@ -44,19 +44,32 @@ SkyDistribution::SkyDistribution(const LoadedSky& sky) : axes_(sky.axes) {
     const Image& image = level_of(sky.paint);
     width_ = static_cast<std::size_t>(image.width);
     height_ = static_cast<std::size_t>(image.height);
+    std::vector<double> luminances(width_ * height_);
+    for (std::size_t i = 0; i < luminances.size(); ++i) {
+        luminances[i] = luminance_of_texel(image, i);
+        greatest_luminance_ = std::max(greatest_luminance_, luminances[i]);
+    }
     double total = 0;
     for (std::size_t row = 0; row < height_; ++row) {
         const double area = (sine_above(row) - sine_above(row + 1)) / 2 / double(width_);  // share of the sphere
         double sum = 0;
         for (std::size_t column = 0; column < width_; ++column) {
-            const double luminance = luminance_of_texel(image, row * width_ + column);
-            greatest_luminance_ = std::max(greatest_luminance_, luminance);
-            sum += area * luminance;
+            mean_luminance_ += area * luminances[row * width_ + column];
+            sum += area * widened_luminance(luminances, row, column);
             cell_sums_.push_back(sum);
         }
         row_sums_.push_back(total += sum);
     }
-    mean_luminance_ = total;
+}
+
+double SkyDistribution::widened_luminance(const std::vector<double>& luminances, std::size_t row,
+                                          std::size_t column) const {
+    constexpr double share = 0.25;
+    double widened = luminances[row * width_ + column];
+    for (std::size_t r = row == 0 ? 0 : row - 1; r <= std::min(row + 1, height_ - 1); ++r)
+        for (const std::size_t shift : {width_ - 1, std::size_t{0}, std::size_t{1}})
+            widened = std::max(widened, share * luminances[r * width_ + (column + shift) % width_]);
+    return widened;
 }
 
 double SkyDistribution::sine_above(std::size_t row) const {

@@ -24,6 +24,9 @@ public:
 
 private:
     explicit SkyDistribution(const LoadedSky& sky);
+    /// Returns the luminance of a cell, or a share of that of its brightest neighbour if this is greater: an interpolated
+    /// image is bright beyond the edge of a bright texel.
+    double widened_luminance(const std::vector<double>& luminances, std::size_t row, std::size_t column) const;
     double cell_density(std::size_t row, std::size_t column) const;
     /// Returns the sine of the latitude at the upper edge of a row.
     double sine_above(std::size_t row) const;

@@ -33,8 +33,8 @@ inline constexpr std::uint32_t scattered_group = 0xffffffff;
 inline bool is_scattered(const PixelSample& ray) { return ray.path && ray.path->is_scattered; }
 
 /// Sets PixelSample::group: rays whose paths continue at the same surfaces are in the same group. Only the ends of such
-/// rays depend continuously on the film position. The ends of scattered rays do not: their group is scattered_group, and
-/// they have no footprint and no patch. Returns the number of the other groups.
+/// rays depend continuously on the film position. The ends of scattered rays do not: their group is scattered_group,
+/// and they have no footprint and no patch. Returns the number of the other groups.
 std::uint32_t group_by_path(PixelBlock& block);
 
 /// Returns true if all four rays of a block with one ray per pixel escape to the same sky, in the same group.

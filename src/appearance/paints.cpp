@@ -83,9 +83,10 @@ void check_albedo_of_image(const LoadedPaint& loaded) {
     });
     if (greatest <= 1) return;
     std::ostringstream message;
-    message << "the texture has a component of " << greatest << ", which is not legal with material = \"diffuse\": it is "
-            << "the albedo, the share of the light that the surface scatters, so the legal range is 0 <= value <= 1; use "
-            << "another image, and emission_strength for a surface that emits light";
+    message
+        << "the texture has a component of " << greatest << ", which is not legal with material = \"diffuse\": it is "
+        << "the albedo, the share of the light that the surface scatters, so the legal range is 0 <= value <= 1; use "
+        << "another image, and emission_strength for a surface that emits light";
     throw InputError(loaded.paint.location, message.str());
 }
 

@@ -30,16 +30,15 @@ Double3 normal_in_frame(const StartMap& map, const Double3& n) {
 
 /// Returns a point in the coordinates of the space of the scene.
 Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
-    const Double3 &from = plan.medium(point.medium).description().space.center,
-                  &to = plan.description().space.center;
+    const Double3 &from = plan.medium(point.medium).description().space.center, &to = plan.description().space.center;
     return add(point.position, subtract(from, to));
 }
 
 }  // namespace
 
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward) {
-    const Float3 color = plan.scene->paints->surface_color(point.surface, point.primitive,
-                                                           position_in_space(plan, point), toward);
+    const Float3 color =
+        plan.scene->paints->surface_color(point.surface, point.primitive, position_in_space(plan, point), toward);
     DiffuseColor result;
     const double strength = plan.description().objects[point.surface].emission_strength;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -54,8 +53,8 @@ std::optional<SurfaceFrame> SurfaceFrame::at(const Plan& plan, const DiffusePoin
     SurfaceFrame frame(scene, point);
     const double q[3] = {point.position[0], point.position[1], point.position[2]};
     StartMap map{};
-    const Failure failure = null_ray_sign(scene) == 0 ? Failure::no_rest_frame
-                                                      : scene.space.observe(ObserverKind::static_, q, false, map);
+    const Failure failure =
+        null_ray_sign(scene) == 0 ? Failure::no_rest_frame : scene.space.observe(ObserverKind::static_, q, false, map);
     if (failure == Failure::no_rest_frame) {
         frame.normal_ = point.normal;
         return frame;
@@ -98,8 +97,7 @@ ScatteredDirection Scatterer::scatter(const DiffusePoint& point, const SurfaceFr
     constexpr double light_share = 0.5;
     const std::array<double, 2> square = sample_square(ray, RandomChoice::direction, bounce);
     const LightProposals* proposals = plan_.scene->lights.get();
-    if (!proposals || proposals->empty() ||
-        !lights_.set(*proposals, position_in_space(plan_, point), frame.normal()))
+    if (!proposals || proposals->empty() || !lights_.set(*proposals, position_in_space(plan_, point), frame.normal()))
         return {cosine_direction(frame.normal(), square), 1};
     const double number = sample_number(ray, RandomChoice::strategy, bounce);
     const Double3 direction = number < light_share ? lights_.direction(number / light_share, square)

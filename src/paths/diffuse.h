@@ -57,8 +57,8 @@ struct ScatteredDirection {
     double factor = 1;
 };
 
-/// Chooses directions of scattered rays: with equal probabilities in the cosine distribution or toward a light, if a light
-/// is above the horizon of the point. The object keeps its memory from call to call.
+/// Chooses directions of scattered rays: with equal probabilities in the cosine distribution or toward a light, if a
+/// light is above the horizon of the point. The object keeps its memory from call to call.
 class Scatterer {
 public:
     explicit Scatterer(const Plan& plan) : plan_(plan) {}

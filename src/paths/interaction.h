@@ -51,7 +51,8 @@ struct SurfaceInteraction {
 ///
 /// A boundary preserves the radiance divided by the squared index, times the share of the branch and the tint. The
 /// index is |p|, divided by the frequency; in a spacetime, both are those of the rest frame of the surface, and the
-/// index is 1. The indices are those at the boundary; MediumIndices takes into account that they vary in a medium. Null rays are first scaled to |p_t| = 1.
+/// index is 1. The indices are those at the boundary; MediumIndices takes into account that they vary in a medium. Null
+/// rays are first scaled to |p_t| = 1.
 class InteractionSolver {
 public:
     explicit InteractionSolver(const Plan& plan);

@@ -24,8 +24,8 @@ double MediumIndices::index_of(std::size_t ray, std::uint32_t medium, double ind
 double MediumIndices::radiance_ratio(std::size_t ray, std::uint32_t medium, const SurfaceInteraction& interaction) {
     const Branch& branch = *interaction.transmitted;
     if (!any_varies_ || medium == branch.medium) return branch.radiance;
-    const double ratio = index_of(ray, medium, interaction.index) /
-                         index_of(ray, branch.medium, interaction.transmitted_index);
+    const double ratio =
+        index_of(ray, medium, interaction.index) / index_of(ray, branch.medium, interaction.transmitted_index);
     return ratio * ratio;
 }
 

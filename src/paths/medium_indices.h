@@ -5,9 +5,10 @@
 
 namespace kagero {
 
-/// Radiance divided by the squared index is constant along a ray, in a medium and across its boundaries. In a medium whose
-/// index varies, the radiance therefore changes between the boundaries. All light in a medium is stated relative to the
-/// index where the path has first met a boundary of the medium, so a path that returns to a medium has the same factor.
+/// Radiance divided by the squared index is constant along a ray, in a medium and across its boundaries. In a medium
+/// whose index varies, the radiance therefore changes between the boundaries. All light in a medium is stated relative
+/// to the index where the path has first met a boundary of the medium, so a path that returns to a medium has the same
+/// factor.
 class MediumIndices {
 public:
     /// Prepares for the paths of `rays` rays.

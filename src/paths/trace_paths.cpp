@@ -1,6 +1,7 @@
 #include "paths/trace_paths.h"
 
 #include "paths/medium_indices.h"
+#include "paths/segments.h"
 #include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 
@@ -10,69 +11,6 @@
 
 namespace kagero {
 namespace {
-
-/// Rays that start in one medium in the next generation.
-struct Segments {
-    std::vector<std::uint32_t> rays;  ///< Their indices in the tile.
-    RayList list;
-
-    void add(std::uint32_t ray, const RayStart& start) {
-        rays.push_back(ray);
-        list.starts.push_back(start);
-    }
-    void clear() {
-        rays.clear();
-        list.starts.clear();
-    }
-};
-
-/// Adds a position in the coordinates of a medium to those of the space of the scene.
-void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]) {
-    if (medium == 0) return;
-    const Double3 &from = plan.medium(medium).description().space.center, &to = plan.description().space.center;
-    for (std::size_t k = 0; k < 3; ++k) q[k] += from[k] - to[k];
-}
-
-/// Adds the sums over the segments of a path to those of a further segment, which is then the end of the path. The
-/// integrals are added if `has_integrals` is true.
-void append(const RayEnd& path, RayEnd& segment, bool has_integrals) {
-    segment.steps += path.steps;
-    segment.gradients += path.gradients;
-    segment.iterations += path.iterations;
-    segment.queries += path.queries;
-    segment.parameter += path.parameter;
-    if (has_integrals) {
-        segment.action += path.action;
-        segment.time += path.time;
-    }
-    segment.unrefined = segment.unrefined || path.unrefined;
-    if (!(segment.energy_error > path.energy_error)) segment.energy_error = path.energy_error;
-}
-
-/// Passes the points of a segment to the sink of the job, as points of the whole path.
-struct PathPoints {
-    const Plan& plan;
-    const Job& job;
-    const TracedRays& rays;
-    const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
-    std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
-
-    static void receive(void* user, const PathPoint* point) {
-        const PathPoints& self = *static_cast<PathPoints*>(user);
-        const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)];
-        const RayEnd& before = self.rays.ends[ray];
-        PathPoint shifted = *point;
-        shifted.ray = self.first_ray + ray;
-        shifted.step += before.steps;
-        shifted.parameter += before.parameter;
-        shifted.action += before.action;
-        shifted.time += before.time;
-        shifted.segment = self.rays.paths[ray].bounces;
-        shifted.medium = self.rays.paths[ray].medium;
-        to_space(self.plan, shifted.medium, shifted.q);
-        self.job.path_sink(self.job.path_user, &shifted);
-    }
-};
 
 /// The generations of the rays of one tile.
 class Generations {
@@ -156,15 +94,15 @@ private:
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
     /// Adds the light that a diffuse surface emits to a path. Returns the colour of the surface.
     DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
-    /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends it.
+    /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends
+    /// it.
     void scatter(std::uint32_t ray, const SurfaceInteraction& interaction);
-    /// Returns true if Russian roulette ends a path at a diffuse surface. Otherwise, divides its weight by the probability
-    /// of its survival, so that the mean of the light does not change.
+    /// Returns true if Russian roulette ends a path at a diffuse surface. Otherwise, divides its weight by the
+    /// probability of its survival, so that the mean of the light does not change.
     bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
     PixelRay pixel_ray_of(std::uint32_t ray) const;
     bool ends_ray(const ObjectDescription& object) const {
-        return !sends_light_on(object) ||
-               (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
+        return !sends_light_on(object) || (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
     }
     const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
     /// Traces the segments of all media, and appends them to their paths.
@@ -234,8 +172,7 @@ void Generations::continue_rays() {
 const Branch* Generations::choose(std::uint32_t ray, const SurfaceInteraction& interaction) const {
     if (choice_ != BranchChoice::sampled) return interaction.stronger();
     const PixelRay member = pixel_ray_of(ray);
-    return interaction.sampled(
-        sample_number(member.x, member.y, member.index, member.seed, rays_.paths[ray].bounces));
+    return interaction.sampled(sample_number(member.x, member.y, member.index, member.seed, rays_.paths[ray].bounces));
 }
 
 PixelRay Generations::pixel_ray_of(std::uint32_t ray) const {

@@ -20,8 +20,8 @@ double redshift_of(const Plan& plan, const PixelSample& ray) {
 }
 
 /// Returns the colour of the light at the end of a ray. Captured rays are black, because no light arrives along them.
-/// Failed and unfinished rays are black too; the layer `status` distinguishes them. The light of diffuse surfaces is part
-/// of the path.
+/// Failed and unfinished rays are black too; the layer `status` distinguishes them. The light of diffuse surfaces is
+/// part of the path.
 Float3 color_at_end(const Plan& plan, const PixelSample& ray) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
@@ -70,8 +70,8 @@ float mean(std::span<const PixelSample> rays, const Quantity& quantity) {
 }
 
 /// Writes the standard errors of the components of a pixel's colour, from the means of the independent groups of its
-/// rays: se² = G/(G − 1) Σ_g (n_g/n)² (m_g − m)², with the mean m_g of the n_g rays of group g of G. NaN if there is only
-/// one ray.
+/// rays: se² = G/(G − 1) Σ_g (n_g/n)² (m_g − m)², with the mean m_g of the n_g rays of group g of G. NaN if there is
+/// only one ray.
 void write_standard_error(const Pixel& pixel, float* error) {
     const PixelRays divided(pixel.plan.description());
     const std::size_t n = pixel.rays.size(), groups = std::min<std::size_t>(divided.groups(), n);

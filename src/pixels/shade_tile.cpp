@@ -82,8 +82,7 @@ void list_film_positions(const SceneDescription& scene, const Tile& pixels, Pixe
     for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
         for (std::uint32_t x = pixels.x0; x < pixels.x1; ++x)
             for (std::uint32_t i = 0; i < film.spp; ++i) {
-                const auto [u, v] =
-                    film.spp == 1 ? std::array{0.5, 0.5} : pixel_rays.position(x, y, i);
+                const auto [u, v] = film.spp == 1 ? std::array{0.5, 0.5} : pixel_rays.position(x, y, i);
                 block.film_positions.push_back({x + u, y + v});
             }
 }

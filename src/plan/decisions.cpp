@@ -151,8 +151,7 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
              std::string("generations of rays that continue at ") +
                  (has_material(scene.description, Material::diffuse) ? "mirrors, boundaries and diffuse surfaces"
                                                                      : "mirrors and boundaries") +
-                 ", through up to " +
-                 std::to_string(run.max_bounces.value_or(0)) + " surfaces",
+                 ", through up to " + std::to_string(run.max_bounces.value_or(0)) + " surfaces",
              "every ray ends at the first surface");
     if (has_material(scene.description, Material::diffuse))
         list.add(scene.lights && !scene.lights->empty(), "scattered rays toward the lights, half of them",

@@ -44,7 +44,7 @@ struct Scene {
     std::shared_ptr<const Paints> paints;           ///< Contains pointers into `geometry`.
     /// Texts that determine `geometry` and `paints`: scenes with equal texts can share them.
     std::string geometry_inputs, paint_inputs;
-    std::unique_ptr<const LightProposals> lights;   ///< Null unless diffuse surfaces scatter the rays of a picture.
+    std::unique_ptr<const LightProposals> lights;  ///< Null unless diffuse surfaces scatter the rays of a picture.
     Sources sources;  ///< Contains pointers to other members.
     /// The spaces of the media, each with the objects of the scene in the coordinates of its space.
     std::vector<std::shared_ptr<const Scene>> media;

@@ -197,7 +197,8 @@ void set_lens(const Scene& scene, View& view) {
     const double radius = std::hypot(length(view.lens_right), length(view.lens_down));
     const Geometry* geometry = scene.geometry->kernel_view();
     const auto& eye = view.camera.position;
-    const double distance = geometry ? distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, 2 * radius) : 2 * radius;
+    const double distance =
+        geometry ? distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, 2 * radius) : 2 * radius;
     if (radius < distance) return;
     throw InputError(*camera.aperture_location,
                      name + " is too great: the lens would reach the nearest surface, at the distance " +

@@ -7,8 +7,8 @@
 namespace kagero {
 namespace {
 
-/// Adds the ray that a diffuse surface scatters, and its neighbours. The ray belongs to the same pixel as the ray that has
-/// hit the surface.
+/// Adds the ray that a diffuse surface scatters, and its neighbours. The ray belongs to the same pixel as the ray that
+/// has hit the surface.
 void add_scattered_ray(const Plan& plan, const DiffusePoint& point, std::size_t ray, Scatterer& scatterer,
                        SampleRays& sample) {
     const std::optional<SurfaceFrame> frame = SurfaceFrame::at(plan, point);

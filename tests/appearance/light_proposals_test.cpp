@@ -31,8 +31,8 @@ std::string scene_with_sky(const std::string& path) {
            "[[object]]\nname = \"lamp\"\nshape = \"sphere\"\ncenter = [0, 2, 2]\nradius = 0.5\ncolor = [2, 2, 2]\n";
 }
 
-/// Returns the mean of 1/density over drawn directions, divided by the solid angle in which the density is not zero: 1 if
-/// the density belongs to the directions. `inverse` is limited to directions whose density is positive everywhere.
+/// Returns the mean of 1/density over drawn directions, divided by the solid angle in which the density is not zero: 1
+/// if the density belongs to the directions. `inverse` is limited to directions whose density is positive everywhere.
 TEST(LightProposals, DrawDirectionsWithTheirDensity) {
     const std::string path = write_sky(64, 32, 28, 20, 5000);
     const auto plan = plan_of_text(scene_with_sky(path), {});

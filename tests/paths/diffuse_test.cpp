@@ -15,9 +15,10 @@ std::string furnace(const std::string& space, double albedo, const std::string& 
     const std::string a = std::to_string(albedo);
     return "[space]\n" + space +
            "[camera]\nposition = [0.1, -0.8, 0.05]\nlook_at = [0, 1, 0]\nup = [0, 0, 1]\nfov = 80\n"
-           "[film]\n" + film + "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n" +
-           "color = [" + a + ", " + a + ", " + a + "]\nmaterial = \"diffuse\"\nemission_strength = " +
-           std::to_string(1 / albedo) + "\n" + objects;
+           "[film]\n" +
+           film + "[[object]]\nname = \"room\"\nshape = \"room\"\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\n" + "color = [" +
+           a + ", " + a + ", " + a + "]\nmaterial = \"diffuse\"\nemission_strength = " + std::to_string(1 / albedo) +
+           "\n" + objects;
 }
 
 const std::string flat = "hamiltonian = \"flat\"\n";
@@ -111,7 +112,8 @@ TEST(Diffuse, AddsThePowersOfTheAlbedo) {
 std::string floor_and_lamp(const std::string& space, const std::string& film) {
     return "[space]\n" + space +
            "[camera]\ntype = \"orthographic\"\nposition = [1.2, 0, 3]\nlook_at = [1.2, 0, 0]\nup = [0, 1, 0]\n"
-           "height = 1.6\n[film]\n" + film +
+           "height = 1.6\n[film]\n" +
+           film +
            "[[object]]\nname = \"floor\"\nshape = \"rectangle\"\norigin = [-50, -50, 0]\nedge_u = [100, 0, 0]\n"
            "edge_v = [0, 100, 0]\ncolor = [0.6, 0.6, 0.6]\nmaterial = \"diffuse\"\n"
            "[[object]]\nname = \"lamp\"\nshape = \"sphere\"\ncenter = [0, 0, 1]\nradius = 0.2\n"
@@ -131,8 +133,9 @@ TEST(Diffuse, LightsAFloorAsInTheClosedForm) {
     // The second space is a black hole so small that it bends nothing. Its rest frames and null rays are used.
     for (const std::string& space : {flat, std::string("hamiltonian = \"schwarzschild\"\nrg = 1e-6\n"
                                                        "center = [0, 0, -30]\n")}) {
-        const Rendered picture = render_scene(floor_and_lamp(
-            space, "size = [24, 24]\nspp = 256\nmax_bounces = 1\nlayers = [\"color\", \"standard_error\"]\n"));
+        const Rendered picture = render_scene(
+            floor_and_lamp(space,
+                           "size = [24, 24]\nspp = 256\nmax_bounces = 1\nlayers = [\"color\", \"standard_error\"]\n"));
         double sum = 0, expected = 0, chi = 0;
         for (std::size_t i = 0; i < n * n; ++i) {
             const double light = light_of_floor(i, n);
@@ -154,7 +157,8 @@ TEST(Diffuse, HasTheStandardErrorOfManySeeds) {
     std::vector<double> sum(n * n), squares(n * n), predicted(n * n);
     for (int seed = 0; seed < seeds; ++seed) {
         const Rendered picture = render_scene(
-            floor_and_lamp(flat, "size = [12, 12]\nspp = 64\nmax_bounces = 1\nlayers = [\"color\", \"standard_error\"]\n"),
+            floor_and_lamp(flat,
+                           "size = [12, 12]\nspp = 64\nmax_bounces = 1\nlayers = [\"color\", \"standard_error\"]\n"),
             {"film.seed=" + std::to_string(seed)});
         for (std::size_t i = 0; i < n * n; ++i) {
             sum[i] += picture.color[3 * i] / seeds;
@@ -191,8 +195,8 @@ TEST(Diffuse, IsLitByABrightSpotOfTheSky) {
         "edge_v = [0, 10, 0]\ncolor = [0.5, 0.5, 0.5]\nmaterial = \"diffuse\"\n";
     const Rendered picture = render_scene(scene);
     std::filesystem::remove(path);
-    // The texture is interpolated bilinearly: the sun is a pyramid over 2 × 2 texels. Its irradiance is a sum over small
-    // cells of solid angle, with the sine of the latitude as the cosine at the floor.
+    // The texture is interpolated bilinearly: the sun is a pyramid over 2 × 2 texels. Its irradiance is a sum over
+    // small cells of solid angle, with the sine of the latitude as the cosine at the floor.
     constexpr double pi = 3.14159265358979323846, texel = pi / height;
     double irradiance = pi;
     constexpr int cells = 400;

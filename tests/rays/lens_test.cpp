@@ -32,8 +32,8 @@ TEST(Lens, ShowsTheCircleOfConfusion) {
     for (const std::string& space : {flat_space, std::string("hamiltonian = \"uniform\"\nn0 = 1.5\n"),
                                      std::string("hamiltonian = \"schwarzschild\"\nrg = 1e-6\ncenter = [40, -5, 0]\n")})
         for (const double distance : {3.5, 5.0, 9.0}) {
-            const auto plan = plan_of_text(scene_with_lens(space, lens_keys, dot_at(distance)),
-                                           {"integrator.escape_radius=200"});
+            const auto plan =
+                plan_of_text(scene_with_lens(space, lens_keys, dot_at(distance)), {"integrator.escape_radius=200"});
             Film film = film_of(*plan);
             render(*plan, film);
             double sum = 0, square = 0;
@@ -43,8 +43,8 @@ TEST(Lens, ShowsTheCircleOfConfusion) {
                 square += light * (x * x + y * y);
             }
             const double circle = 0.3 * std::abs(1 / distance - 1 / 5.0) / pixel, ball = 0.008 / pixel;
-            EXPECT_NEAR(square / sum, 0.5 * (circle * circle + ball * ball) + 1.0 / 6,
-                        0.04 * circle * circle + 0.15) << space << distance;
+            EXPECT_NEAR(square / sum, 0.5 * (circle * circle + ball * ball) + 1.0 / 6, 0.04 * circle * circle + 0.15)
+                << space << distance;
         }
 }
 
@@ -63,8 +63,7 @@ TEST(Lens, FocusesRays) {
     RayList list;
     list_rays(*plan, {3, 4, 4, 5}, list);
     double mean_square = 0;  // of the 64 rays of the pixel
-    for (const RayStart& start : list.starts)
-        mean_square += (start.q[0] * start.q[0] + start.q[2] * start.q[2]) / 64;
+    for (const RayStart& start : list.starts) mean_square += (start.q[0] * start.q[0] + start.q[2] * start.q[2]) / 64;
     EXPECT_NEAR(mean_square, 0.5 * 0.09, 0.006);
 }
 

@@ -5,13 +5,13 @@ namespace kagero::test {
 namespace {
 
 std::string with_ball(const std::string& keys) {
-    return std::string(good_scene) + "[[object]]\nname = \"lamp\"\nshape = \"sphere\"\ncenter = [1, 1, 0]\nradius = 0.25\n" +
-           keys;
+    return std::string(good_scene) +
+           "[[object]]\nname = \"lamp\"\nshape = \"sphere\"\ncenter = [1, 1, 0]\nradius = 0.25\n" + keys;
 }
 
 TEST_F(SceneTest, LoadsDiffuseSurfaces) {
-    const SceneDescription scene = load(
-        with_ball("material = \"diffuse\"\ncolor = [0.5, 1, 0]\nemission_strength = 12.5\n"));
+    const SceneDescription scene =
+        load(with_ball("material = \"diffuse\"\ncolor = [0.5, 1, 0]\nemission_strength = 12.5\n"));
     EXPECT_EQ(scene.objects.back().material, Material::diffuse);
     EXPECT_EQ(scene.objects.back().emission_strength, 12.5);
     const SceneDescription again = load(print_scene(scene));
@@ -24,16 +24,17 @@ TEST_F(SceneTest, RefusesKeysThatDoNotSuitDiffuseSurfaces) {
     struct Case {
         std::string keys, message;
     };
-    for (const Case& wrong : std::vector<Case>{
-             {"material = \"diffuse\"\ncolor = [1.5, 0, 0]\n", "albedo"},
-             {"material = \"diffuse\"\ncolor = [1.5, 0, 0]\nchecker = [2, 2]\n", "0 <= value <= 1"},
-             {"material = \"diffuse\"\nemission_strength = -1\n", "object.lamp.emission_strength"},
-             {"material = \"diffuse\"\nshading = \"lambert\"\n", "lambert"},
-             {"material = \"diffuse\"\ntint = [1, 1, 1]\n", "object.lamp.tint is legal only with"},
-             {"material = \"diffuse\"\nfresnel = \"none\"\n", "object.lamp.fresnel is legal only with"},
-             {"material = \"mirror\"\nemission_strength = 1\n", "emission_strength is legal only with material = \"diffuse\""},
-             {"emission_strength = 1\n", "emission_strength is legal only with material = \"diffuse\""},
-             {"material = \"difuse\"\n", "did you mean \"diffuse\""}}) {
+    for (const Case& wrong :
+         std::vector<Case>{{"material = \"diffuse\"\ncolor = [1.5, 0, 0]\n", "albedo"},
+                           {"material = \"diffuse\"\ncolor = [1.5, 0, 0]\nchecker = [2, 2]\n", "0 <= value <= 1"},
+                           {"material = \"diffuse\"\nemission_strength = -1\n", "object.lamp.emission_strength"},
+                           {"material = \"diffuse\"\nshading = \"lambert\"\n", "lambert"},
+                           {"material = \"diffuse\"\ntint = [1, 1, 1]\n", "object.lamp.tint is legal only with"},
+                           {"material = \"diffuse\"\nfresnel = \"none\"\n", "object.lamp.fresnel is legal only with"},
+                           {"material = \"mirror\"\nemission_strength = 1\n",
+                            "emission_strength is legal only with material = \"diffuse\""},
+                           {"emission_strength = 1\n", "emission_strength is legal only with material = \"diffuse\""},
+                           {"material = \"difuse\"\n", "did you mean \"diffuse\""}}) {
         const std::string refused = refusal(with_ball(wrong.keys));
         EXPECT_NE(refused.find(wrong.message), std::string::npos) << wrong.keys << refused;
         EXPECT_NE(refused.find("scene.toml:"), std::string::npos);

@@ -35,8 +35,8 @@ private:
 /// Owns its memory, so that it can be used for many points.
 class LightProposals::Around {
 public:
-    /// Prepares for a point, relative to `space.center`, with the unit normal `normal`. Returns false if no light is above
-    /// its horizon, or only lights around the point.
+    /// Prepares for a point, relative to `space.center`, with the unit normal `normal`. Returns false if no light is
+    /// above its horizon, or only lights around the point.
     bool set(const LightProposals& proposals, const Double3& point, const Double3& normal);
     /// Returns the unit direction that belongs to a number in [0, 1), which selects the light, and a point in the unit
     /// square.

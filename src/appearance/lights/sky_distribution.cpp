@@ -24,7 +24,8 @@ const Image& level_of(const LoadedPaint& paint) {
 /// Returns the position of a number between the sums before and after an element, and the index of that element.
 std::pair<std::size_t, double> find_in_sums(const double* sums, std::size_t count, double fraction) {
     const double target = fraction * sums[count - 1];
-    const auto index = std::min(static_cast<std::size_t>(std::upper_bound(sums, sums + count, target) - sums), count - 1);
+    const auto index =
+        std::min(static_cast<std::size_t>(std::upper_bound(sums, sums + count, target) - sums), count - 1);
     const double before = index == 0 ? 0 : sums[index - 1], width = sums[index] - before;
     return {index, width > 0 ? std::clamp((target - before) / width, 0.0, 1.0) : 0.5};
 }

@@ -7,12 +7,12 @@
 
 namespace kagero {
 
-/// Directions whose density is proportional to the luminance of a sky, constant in each cell of a grid of longitudes and
-/// latitudes.
+/// Directions whose density is proportional to the luminance of a sky, constant in each cell of a grid of longitudes
+/// and latitudes.
 class SkyDistribution {
 public:
-    /// Returns the distribution of a sky with a texture; nothing if the brightness varies too little, so that directions
-    /// toward its bright parts are not worth preferring.
+    /// Returns the distribution of a sky with a texture; nothing if the brightness varies too little, so that
+    /// directions toward its bright parts are not worth preferring.
     static std::optional<SkyDistribution> of(const LoadedSky& sky);
 
     /// Returns the unit direction that belongs to a point in the unit square.
@@ -24,8 +24,8 @@ public:
 
 private:
     explicit SkyDistribution(const LoadedSky& sky);
-    /// Returns the luminance of a cell, or a share of that of its brightest neighbour if this is greater: an interpolated
-    /// image is bright beyond the edge of a bright texel.
+    /// Returns the luminance of a cell, or a share of that of its brightest neighbour if this is greater: an
+    /// interpolated image is bright beyond the edge of a bright texel.
     double widened_luminance(const std::vector<double>& luminances, std::size_t row, std::size_t column) const;
     double cell_density(std::size_t row, std::size_t column) const;
     /// Returns the sine of the latitude at the upper edge of a row.

@@ -109,8 +109,9 @@ void check_layers_and_materials(const Section& film, const SceneDescription& sce
 CameraDescription load_camera(const Section& section, SpaceDescription& space,
                               const std::vector<MediumDescription>& media, SceneUse use) {
     CameraDescription camera;
-    std::vector<std::string> keys{"type",     "position", "look_at", "up",     "fov",
-                                  "observer", "velocity", "medium",  "shutter", "aperture_radius", "focus_distance"};
+    std::vector<std::string> keys{"type",    "position",        "look_at",       "up",
+                                  "fov",     "observer",        "velocity",      "medium",
+                                  "shutter", "aperture_radius", "focus_distance"};
     if (const Value* type = find(section, "type")) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }

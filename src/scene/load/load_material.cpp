@@ -93,8 +93,8 @@ bool is_spacetime(const SpaceDescription& space, const Catalogue& catalogue) {
 }  // namespace
 
 const std::vector<std::string>& material_keys() {
-    static const std::vector<std::string> keys{"material", "interior",         "exterior", "fresnel",
-                                               "tint",     "emission_strength"};
+    static const std::vector<std::string> keys{"material", "interior", "exterior",
+                                               "fresnel",  "tint",     "emission_strength"};
     return keys;
 }
 

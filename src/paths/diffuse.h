@@ -14,6 +14,7 @@ struct DiffusePoint {
     std::uint32_t surface = 0, primitive = 0;  ///< The surface, and its triangle.
     Double3 position{};                        ///< In the coordinates of the medium.
     Double3 normal{};                          ///< Unit normal in coordinates, toward the side of the ray.
+    double pt = 0;                             ///< p_t of the ray, scaled to |p_t| = 1.
 };
 
 /// The share of the light that a surface scatters, and the light that it emits.
@@ -38,10 +39,19 @@ public:
 
 private:
     SurfaceFrame(const Scene& scene, const DiffusePoint& point) : scene_(scene), point_(point) {}
+    /// Sets the frame of a spacetime from the velocities of three rays, which takes a tenth of the time of an
+    /// observer's rest frame. Returns false if not all of these rays exist, or if no matter can be at rest.
+    bool set_from_rays();
+    /// Sets the frame of a spacetime to the rest frame of the static observer. Returns false if there is none.
+    bool set_from_observer();
 
     const Scene& scene_;
     DiffusePoint point_;
     std::optional<StartMap> map_;  ///< Map from directions to momenta in a spacetime.
+    /// Without a map, in a spacetime: the momentum of direction d is offset_ + Σ_b (d · axes_[b]) covectors_[b].
+    std::array<Double3, 3> axes_{}, covectors_{};
+    Double3 offset_{};
+    bool has_covectors_ = false;
     Double3 normal_{};
 };
 

@@ -109,8 +109,8 @@ std::span<const SurfaceInteraction> InteractionSolver::solve(std::span<const Ray
         const SurfaceRay& ray = reflected_[i];
         if (!crossings_[i].is_diffuse) set_interaction(hits[i], crossings_[i], interactions_[i]);
         else
-            interactions_[i].diffuse = DiffusePoint{hits[i].medium, hits[i].end->surface, hits[i].end->primitive,
-                                                    vector_of(ray.q), vector_of(ray.normal)};
+            interactions_[i].diffuse = DiffusePoint{hits[i].medium,   hits[i].end->surface,  hits[i].end->primitive,
+                                                    vector_of(ray.q), vector_of(ray.normal), ray.pt};
     }
     return interactions_;
 }

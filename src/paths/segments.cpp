@@ -25,15 +25,15 @@ void append(const RayEnd& path, RayEnd& segment, bool has_integrals) {
 void PathPoints::receive(void* user, const PathPoint* point) {
     const PathPoints& self = *static_cast<PathPoints*>(user);
     const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)];
-    const RayEnd& before = self.rays.ends[ray];
+    const RayEnd& before = self.ends[ray];
     PathPoint shifted = *point;
     shifted.ray = self.first_ray + ray;
     shifted.step += before.steps;
     shifted.parameter += before.parameter;
     shifted.action += before.action;
     shifted.time += before.time;
-    shifted.segment = self.rays.paths[ray].bounces;
-    shifted.medium = self.rays.paths[ray].medium;
+    shifted.segment = self.paths[ray].bounces;
+    shifted.medium = self.paths[ray].medium;
     to_space(self.plan, shifted.medium, shifted.q);
     self.job.path_sink(self.job.path_user, &shifted);
 }

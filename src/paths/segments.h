@@ -1,7 +1,8 @@
 /// Segments of paths: the rays of one generation, and what they add to their paths.
 #pragma once
 
-#include "paths/trace_paths.h"
+#include "appearance/path_state.h"
+#include "rays/list_rays.h"
 
 namespace kagero {
 
@@ -31,7 +32,8 @@ void append(const RayEnd& path, RayEnd& segment, bool has_integrals);
 struct PathPoints {
     const Plan& plan;
     const Job& job;
-    const TracedRays& rays;
+    const std::vector<RayEnd>& ends;      ///< The ends of the paths before these segments, by ray.
+    const std::vector<PathState>& paths;  ///< By ray.
     const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
     std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
 

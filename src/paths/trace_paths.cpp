@@ -262,7 +262,7 @@ void Generations::trace_group(std::uint32_t medium) {
     if (adds_action_to_time) job.outputs = (job.outputs & ~output_time) | output_action;
     job.timed = job_.timed;
     cancel_.install(job);
-    PathPoints points{plan_, job_, rays_, segments.rays, tile_.x0};
+    PathPoints points{plan_, job_, rays_.ends, rays_.paths, segments.rays, tile_.x0};
     if (job_.path_sink) {
         job.path_sink = PathPoints::receive;
         job.path_user = &points;

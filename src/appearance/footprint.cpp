@@ -75,7 +75,8 @@ Double3 point_of(const PixelSample& ray) {
 /// Returns true if two rays of the same group hit the same face of the same object. The first ray is a hit.
 bool hit_same_face(const SceneGeometry& geometry, const PixelSample& first, const PixelSample& second) {
     const RayEnd &a = *first.end, &b = *second.end;
-    if (b.status != Status::hit || a.surface != b.surface || first.group != second.group) return false;
+    if (b.status != Status::hit || a.surface != b.surface || first.group != second.group || is_scattered(second))
+        return false;
     return geometry.on_same_face(a.surface, a.primitive, point_of(a), b.primitive, point_of(b));
 }
 
@@ -129,8 +130,12 @@ std::uint32_t group_by_path(PixelBlock& block) {
     if (rays.empty() || !rays[0].path) return 1;
     std::uint32_t groups = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (is_scattered(rays[i])) {
+            rays[i].group = scattered_group;
+            continue;
+        }
         const auto same = std::find_if(rays.begin(), rays.begin() + std::ptrdiff_t(i), [&](const PixelSample& earlier) {
-            return earlier.path->surfaces == rays[i].path->surfaces;
+            return !is_scattered(earlier) && earlier.path->surfaces == rays[i].path->surfaces;
         });
         rays[i].group = same == rays.begin() + std::ptrdiff_t(i) ? groups++ : same->group;
     }
@@ -140,7 +145,7 @@ std::uint32_t group_by_path(PixelBlock& block) {
 bool have_common_sky(const PixelBlock& block, std::uint32_t spp) {
     if (block.rays.size() != 4 || spp != 1) return false;
     return std::all_of(block.rays.begin(), block.rays.end(), [&](const PixelSample& ray) {
-        return ray.group == block.rays[0].group && ray.end->status == Status::escaped &&
+        return ray.group == block.rays[0].group && !is_scattered(ray) && ray.end->status == Status::escaped &&
                ray.sky.on_second_sheet == block.rays[0].sky.on_second_sheet;
     });
 }
@@ -204,7 +209,7 @@ bool find_common_patch(const SceneGeometry& geometry, PixelBlock& block, std::ui
     std::vector<PixelSample>& rays = block.rays;
     if (rays.size() != 4 || spp != 1) return false;
     const RayEnd& end = *rays[0].end;
-    if (end.status != Status::hit || !hit_same_face(geometry, rays[0], rays[1]) ||
+    if (end.status != Status::hit || is_scattered(rays[0]) || !hit_same_face(geometry, rays[0], rays[1]) ||
         !hit_same_face(geometry, rays[0], rays[2]) || !hit_same_face(geometry, rays[0], rays[3]))
         return false;
     // Diagonals of the block: from its upper left to its lower right pixel, and from its lower left to its upper right.
@@ -222,7 +227,8 @@ void find_patches(const SceneGeometry& geometry, PixelBlock& block, std::uint32_
     block.has_patch.assign(rays.size(), false);
     for (std::size_t ray = 0; ray < rays.size(); ++ray) {
         const RayEnd& end = *rays[ray].end;
-        if (end.status != Status::hit || block.has_patch[ray]) continue;
+        if (is_scattered(rays[ray])) rays[ray].patch = {};
+        if (end.status != Status::hit || block.has_patch[ray] || is_scattered(rays[ray])) continue;
         block.group.clear();
         block.group_points.clear();
         block.group_positions.clear();

@@ -27,8 +27,14 @@ struct PixelBlock {
     std::vector<std::array<double, 2>> group_positions;  ///< Film positions of the group.
 };
 
+/// The group of rays that a diffuse surface has scattered.
+inline constexpr std::uint32_t scattered_group = 0xffffffff;
+/// Returns true if a diffuse surface has sent the ray into a random direction.
+inline bool is_scattered(const PixelSample& ray) { return ray.path && ray.path->is_scattered; }
+
 /// Sets PixelSample::group: rays whose paths continue at the same surfaces are in the same group. Only the ends of such
-/// rays depend continuously on the film position. Returns the number of groups.
+/// rays depend continuously on the film position. The ends of scattered rays do not: their group is scattered_group,
+/// and they have no footprint and no patch. Returns the number of the other groups.
 std::uint32_t group_by_path(PixelBlock& block);
 
 /// Returns true if all four rays of a block with one ray per pixel escape to the same sky, in the same group.

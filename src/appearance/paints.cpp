@@ -7,6 +7,7 @@
 #include <atomic>
 #include <future>
 #include <map>
+#include <sstream>
 
 namespace kagero {
 namespace {
@@ -71,6 +72,24 @@ LoadedSky load(const SkyDescription& description, Images& images) {
     return {load(description.paint, Mapping::sphere, images), description.pole};
 }
 
+/// Throws InputError if an image that is the albedo of a surface has a component greater than 1.
+void check_albedo_of_image(const LoadedPaint& loaded) {
+    if (!loaded.image) return;
+    const float greatest = visit_texels(*loaded.image, [&](const auto& texels) {
+        float found = 0;
+        const std::size_t count = 3 * std::size_t(texels.width) * std::size_t(texels.height);
+        for (std::size_t i = 0; i < count; ++i) found = std::max(found, texels[i]);
+        return found;
+    });
+    if (greatest <= 1) return;
+    std::ostringstream message;
+    message
+        << "the texture has a component of " << greatest << ", which is not legal with material = \"diffuse\": it is "
+        << "the albedo, the share of the light that the surface scatters, so the legal range is 0 <= value <= 1; use "
+        << "another image, and emission_strength for a surface that emits light";
+    throw InputError(loaded.paint.location, message.str());
+}
+
 ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometry, Images& images) {
     ShadedObject shaded;
     shaded.geometry = &geometry;
@@ -88,6 +107,8 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
         for (const Paint& face : object.faces) shaded.paints.push_back(load(face, mapping, images));
     else
         shaded.paints.push_back(load(object.paint, mapping, images));
+    if (object.material == Material::diffuse)
+        for (const LoadedPaint& paint : shaded.paints) check_albedo_of_image(paint);
     if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(geometry.mesh);
     return shaded;
 }

@@ -59,7 +59,7 @@ std::vector<const LayerInfo*> mapped_layers(const Arguments& arguments, const st
     std::vector<const LayerInfo*> mapped;
     if (!arguments.maps) return mapped;
     for (const LayerInfo& layer : all_layers())
-        if (layer.scale != LayerInfo::Scale::colors && std::find(names.begin(), names.end(), layer.name) != names.end())
+        if (layer.channels.size() == 1 && std::find(names.begin(), names.end(), layer.name) != names.end())
             mapped.push_back(&layer);
     if (mapped.empty())
         throw InputError(

@@ -36,6 +36,9 @@ const std::vector<LayerInfo>& all_layers() {
     using OfRays = LayerInfo::OfRays;
     static const std::vector<LayerInfo> layers{
         {"color", red_green_blue, Scale::colors, "linear RGB colour of the objects that the pixel's rays meet; mean"},
+        {"standard_error", red_green_blue, Scale::logarithmic,
+         "standard error of color: the standard deviation of the mean of the pixel's rays over random seeds, estimated "
+         "from independent groups of rays; nan with spp = 1 and with an open shutter"},
         {"status", number_channel, Scale::linear,
          "status of the pixel's first ray: 0 hit, 1 escaped, 2 captured, 3 step_limit, 4 failed", OfRays::first},
         {"steps", number_channel, Scale::linear, "number of integration steps; mean", OfRays::mean, false},

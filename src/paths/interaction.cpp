@@ -103,7 +103,15 @@ std::span<const SurfaceInteraction> InteractionSolver::solve(std::span<const Ray
     }
     add_branches(hits, false);
     compute_continuations();
-    for (std::size_t i = 0; i < hits.size(); ++i) set_interaction(hits[i], crossings_[i], interactions_[i]);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        interactions_[i] = {};
+        interactions_[i].frequency = crossings_[i].scale;
+        const SurfaceRay& ray = reflected_[i];
+        if (!crossings_[i].is_diffuse) set_interaction(hits[i], crossings_[i], interactions_[i]);
+        else
+            interactions_[i].diffuse = DiffusePoint{hits[i].medium,   hits[i].end->surface,  hits[i].end->primitive,
+                                                    vector_of(ray.q), vector_of(ray.normal), ray.pt};
+    }
     return interactions_;
 }
 
@@ -120,7 +128,9 @@ SurfaceRay InteractionSolver::locate(const RayAtSurface& hit, Crossing& crossing
     }
     ray.pt = hit.end->pt * crossing.scale;
     ray.may_keep_value = true;
-    crossing.is_boundary = scene.description.objects[hit.end->surface].material == Material::boundary;
+    const Material material = scene.description.objects[hit.end->surface].material;
+    crossing.is_boundary = material == Material::boundary;
+    crossing.is_diffuse = material == Material::diffuse;
     if (crossing.is_boundary)
         set_media(hit, ray, is_on_back != (plan_.scene->regions->outward_sign(hit.end->surface) > 0), crossing);
     return ray;
@@ -162,7 +172,7 @@ std::uint32_t InteractionSolver::add_branch(std::uint32_t medium, const SurfaceR
 void InteractionSolver::add_branches(std::span<const RayAtSurface> hits, bool at_boundaries) {
     for (std::size_t i = 0; i < hits.size(); ++i) {
         Crossing& crossing = crossings_[i];
-        if (crossing.is_boundary != at_boundaries) continue;
+        if (crossing.is_boundary != at_boundaries || crossing.is_diffuse) continue;
         crossing.reflected = add_branch(hits[i].medium, reflected_[i]);
         if (!at_boundaries) continue;
         const Scene &source = *plan_.medium(hits[i].medium).scene, &target = *plan_.medium(crossing.other_side).scene;
@@ -214,9 +224,6 @@ Branch InteractionSolver::branch_of(std::uint32_t medium, std::uint32_t index, c
 
 void InteractionSolver::set_interaction(const RayAtSurface& hit, const Crossing& crossing,
                                         SurfaceInteraction& interaction) const {
-    interaction.reflected.reset();
-    interaction.transmitted.reset();
-    interaction.frequency = crossing.scale;
     interaction.leaves_medium = !crossing.in_medium && !crossing.passes_edge;
     const SpaceRays &near = spaces_[hit.medium], &far = spaces_[crossing.other_side];
     if (crossing.passes_edge) {  // the ray continues unchanged
@@ -246,6 +253,8 @@ void InteractionSolver::divide_light(std::uint32_t medium, const Crossing& cross
     const double ratio = incident.index / transmitted.index;
     interaction.transmitted->share = 1 - reflected;
     interaction.transmitted->radiance = ratio * ratio;
+    interaction.index = incident.index;
+    interaction.transmitted_index = transmitted.index;
     if (!(reflected > 0)) interaction.reflected.reset();
     if (interaction.reflected) interaction.reflected->share = reflected;
 }

@@ -1,4 +1,4 @@
-/// The interaction of rays with surfaces that send light on: mirrors and boundaries of media.
+/// The interaction of rays with surfaces that send light on: mirrors, boundaries of media, and diffuse surfaces.
 ///
 /// At a surface with the normal n, the momentum changes only by a multiple of n: p' = p + α n. H of the side where the
 /// ray continues determines α (kernels/interaction/normal_momentum.h). With the H of the other side, this is Snell's
@@ -6,6 +6,7 @@
 #pragma once
 
 #include "appearance/path_state.h"
+#include "paths/diffuse.h"
 #include "paths/fresnel.h"
 #include "plan/plan.h"
 
@@ -34,7 +35,9 @@ struct Branch {
 /// The interaction of one ray with a surface. A branch is empty if the light cannot take it.
 struct SurfaceInteraction {
     std::optional<Branch> reflected, transmitted;
+    std::optional<DiffusePoint> diffuse;  ///< Set at a diffuse surface, which has no branches.
     double frequency = 1;        ///< Factor that scales the ray's momentum to |p_t| = 1; 1 for rays without p_t.
+    double index = 1, transmitted_index = 1;  ///< Refractive indices on the side of the ray, and beyond a boundary.
     bool leaves_medium = false;  ///< The surface does not bound the medium of the ray on the side of the ray.
 
     /// Returns the stronger branch; null if the light cannot continue.
@@ -48,7 +51,8 @@ struct SurfaceInteraction {
 ///
 /// A boundary preserves the radiance divided by the squared index, times the share of the branch and the tint. The
 /// index is |p|, divided by the frequency; in a spacetime, both are those of the rest frame of the surface, and the
-/// index is 1. Null rays are first scaled to |p_t| = 1.
+/// index is 1. The indices are those at the boundary; MediumIndices takes into account that they vary in a medium. Null
+/// rays are first scaled to |p_t| = 1.
 class InteractionSolver {
 public:
     explicit InteractionSolver(const Plan& plan);
@@ -63,7 +67,7 @@ private:
         double scale = 1;                      ///< Factor of the momentum, so that |p_t| = 1.
         std::uint32_t other_side = 0;          ///< The medium beyond a boundary.
         std::uint32_t reflected, transmitted;  ///< Indices of the rays in their spaces.
-        bool is_boundary = false, in_medium = true;
+        bool is_boundary = false, is_diffuse = false, in_medium = true;
         bool passes_edge = false;  ///< The ray passes the edge of a boundary on the outside, by less than its rounding.
     };
     /// A momentum vector p_t g_ti/g_tt (Module::time_tilts); zero in a medium without p_t.

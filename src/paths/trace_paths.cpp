@@ -1,7 +1,9 @@
 #include "paths/trace_paths.h"
 
-#include "paths/interaction.h"
-#include "rays/sampler.h"
+#include "paths/medium_indices.h"
+#include "paths/segments.h"
+#include "rays/pixel_rays.h"
+#include "scene/vector3.h"
 
 #include <algorithm>
 #include <chrono>
@@ -10,69 +12,6 @@
 namespace kagero {
 namespace {
 
-/// Rays that start in one medium in the next generation.
-struct Segments {
-    std::vector<std::uint32_t> rays;  ///< Their indices in the tile.
-    RayList list;
-
-    void add(std::uint32_t ray, const RayStart& start) {
-        rays.push_back(ray);
-        list.starts.push_back(start);
-    }
-    void clear() {
-        rays.clear();
-        list.starts.clear();
-    }
-};
-
-/// Adds a position in the coordinates of a medium to those of the space of the scene.
-void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]) {
-    if (medium == 0) return;
-    const Double3 &from = plan.medium(medium).description().space.center, &to = plan.description().space.center;
-    for (std::size_t k = 0; k < 3; ++k) q[k] += from[k] - to[k];
-}
-
-/// Adds the sums over the segments of a path to those of a further segment, which is then the end of the path. The
-/// integrals are added if `has_integrals` is true.
-void append(const RayEnd& path, RayEnd& segment, bool has_integrals) {
-    segment.steps += path.steps;
-    segment.gradients += path.gradients;
-    segment.iterations += path.iterations;
-    segment.queries += path.queries;
-    segment.parameter += path.parameter;
-    if (has_integrals) {
-        segment.action += path.action;
-        segment.time += path.time;
-    }
-    segment.unrefined = segment.unrefined || path.unrefined;
-    if (!(segment.energy_error > path.energy_error)) segment.energy_error = path.energy_error;
-}
-
-/// Passes the points of a segment to the sink of the job, as points of the whole path.
-struct PathPoints {
-    const Plan& plan;
-    const Job& job;
-    const TracedRays& rays;
-    const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
-    std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
-
-    static void receive(void* user, const PathPoint* point) {
-        const PathPoints& self = *static_cast<PathPoints*>(user);
-        const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)];
-        const RayEnd& before = self.rays.ends[ray];
-        PathPoint shifted = *point;
-        shifted.ray = self.first_ray + ray;
-        shifted.step += before.steps;
-        shifted.parameter += before.parameter;
-        shifted.action += before.action;
-        shifted.time += before.time;
-        shifted.segment = self.rays.paths[ray].bounces;
-        shifted.medium = self.rays.paths[ray].medium;
-        to_space(self.plan, shifted.medium, shifted.q);
-        self.job.path_sink(self.job.path_user, &shifted);
-    }
-};
-
 /// The generations of the rays of one tile.
 class Generations {
 public:
@@ -80,7 +19,7 @@ public:
                 PathCounters& counters, const CancelToken& cancel)
         : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
           job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1),
-          solver_(plan) {}
+          solver_(plan), scatterer_(plan), pixel_rays_(plan.description()) {}
 
     /// Traces the first generation.
     void start() {
@@ -133,6 +72,7 @@ private:
     void begin_paths(std::uint32_t medium) {
         rays_.paths.assign(rays_.ends.size(), PathState{});
         origins_.resize(rays_.ends.size());
+        indices_.reset(plan_, rays_.ends.size());
         for (PathState& path : rays_.paths) path.medium = medium;
     }
     /// Adds the work of a generation since `begin`, when the counters were `before`.
@@ -152,6 +92,18 @@ private:
     /// Continues the rays of `continuing_`, whose hits are in `hits_`.
     void continue_rays();
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Adds the light that a diffuse surface emits to a path. Returns the colour of the surface.
+    DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
+    /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends
+    /// it.
+    void scatter(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Returns true if Russian roulette ends a path at a diffuse surface. Otherwise, divides its weight by the
+    /// probability of its survival, so that the mean of the light does not change.
+    bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
+    PixelRay pixel_ray_of(std::uint32_t ray) const;
+    bool ends_ray(const ObjectDescription& object) const {
+        return !sends_light_on(object) || (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
+    }
     const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
     /// Traces the segments of all media, and appends them to their paths.
     void trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin, std::size_t generation);
@@ -179,6 +131,9 @@ private:
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
+    Scatterer scatterer_;
+    const PixelRays pixel_rays_;
+    MediumIndices indices_;
     std::vector<RayEnd> segment_ends_;
 };
 
@@ -189,8 +144,10 @@ bool Generations::prepare() {
         for (const std::uint32_t ray : traced_[medium]) {
             const RayEnd& end = rays_.ends[ray];
             if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
-            if (!plan_.run.max_bounces || end.status != Status::hit || !sends_light_on(objects[end.surface])) continue;
+            if (!plan_.run.max_bounces || end.status != Status::hit || ends_ray(objects[end.surface])) continue;
             if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
+                if (objects[end.surface].material == Material::diffuse)
+                    add_emission(ray, {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}});
                 rays_.ends[ray].cut_off = true;
                 end_path(ray, Status::step_limit, Failure::none);
                 continue;
@@ -213,24 +170,68 @@ void Generations::continue_rays() {
 }
 
 const Branch* Generations::choose(std::uint32_t ray, const SurfaceInteraction& interaction) const {
-    if (choice_ == BranchChoice::stronger) return interaction.stronger();
-    const FilmDescription& film = plan_.description().film;
-    const std::uint32_t pixel = ray / film.spp, width = tile_.x1 - tile_.x0;
-    return interaction.sampled(sample_number(tile_.x0 + pixel % width, tile_.y0 + pixel / width, ray % film.spp,
-                                             film.seed, rays_.paths[ray].bounces));
+    if (choice_ != BranchChoice::sampled) return interaction.stronger();
+    const PixelRay member = pixel_ray_of(ray);
+    return interaction.sampled(sample_number(member.x, member.y, member.index, member.seed, rays_.paths[ray].bounces));
+}
+
+PixelRay Generations::pixel_ray_of(std::uint32_t ray) const {
+    const std::uint32_t spp = plan_.description().film.spp, pixel = ray / spp, width = tile_.x1 - tile_.x0;
+    return pixel_rays_.ray(tile_.x0 + pixel % width, tile_.y0 + pixel / width, ray % spp);
+}
+
+bool Generations::ends_by_roulette(const PixelRay& ray, PathState& path) const {
+    constexpr std::uint32_t certain_bounces = 3;  // short paths carry most of the light, and are always followed
+    const double greatest = std::ranges::max(path.weight);
+    if (!(greatest > 0)) return true;
+    if (path.bounces < certain_bounces || greatest >= 1) return false;
+    if (sample_number(ray, RandomChoice::roulette, path.bounces) >= greatest) return true;
+    path.weight = scaled(path.weight, 1 / greatest);
+    return false;
+}
+
+DiffuseColor Generations::add_emission(std::uint32_t ray, const DiffusePoint& point) {
+    const RayEnd& end = rays_.ends[ray];
+    PathState& path = rays_.paths[ray];
+    const DiffuseColor color = diffuse_color(plan_, point, {end.v[0], end.v[1], end.v[2]});
+    for (std::size_t k = 0; k < 3; ++k) path.light[k] += path.weight[k] * color.emission[k];
+    return color;
+}
+
+void Generations::scatter(std::uint32_t ray, const SurfaceInteraction& interaction) {
+    const DiffusePoint& point = *interaction.diffuse;
+    PathState& path = rays_.paths[ray];
+    const DiffuseColor color = add_emission(ray, point);
+    for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= color.albedo[k];
+    const PixelRay member = pixel_ray_of(ray);
+    if (ends_by_roulette(member, path)) return;
+    const std::optional<SurfaceFrame> frame = SurfaceFrame::at(plan_, point);
+    if (!frame) return end_path(ray, Status::failed, Failure::no_continuation);
+    const ScatteredDirection scattered = scatterer_.scatter(point, *frame, member, path.bounces);
+    path.weight = scaled(path.weight, scattered.factor);
+    if (!(scattered.factor > 0)) return;  // a direction toward a light, below the horizon
+    const RayStart start = frame->start_along(scattered.direction);
+    if (start.failure != Failure::none) return end_path(ray, Status::failed, Failure::no_continuation);
+    path.frequency *= interaction.frequency;
+    path.is_scattered = true;
+    ++path.bounces;
+    --counters_.total.ended[static_cast<int>(Status::hit)];
+    next_[point.medium].add(ray, start);
 }
 
 void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction) {
+    if (interaction.diffuse) return scatter(ray, interaction);
     const Branch* branch = choose(ray, interaction);
     if (interaction.leaves_medium) return end_path(ray, Status::failed, Failure::left_medium);
     if (!branch) return end_path(ray, Status::failed, Failure::no_continuation);
     const RayEnd& end = rays_.ends[ray];
     PathState& path = rays_.paths[ray];
-    const double share = choice_ == BranchChoice::stronger ? branch->share : 1;
-    for (std::size_t k = 0; k < 3; ++k)
-        path.weight[k] *= share * branch->radiance * plan_.description().objects[end.surface].tint[k];
-    path.frequency *= interaction.frequency;
+    const double share = choice_ == BranchChoice::sampled ? 1 : branch->share;
     const bool is_transmitted = interaction.transmitted && branch == &*interaction.transmitted;
+    const double radiance = is_transmitted ? indices_.radiance_ratio(ray, path.medium, interaction) : branch->radiance;
+    for (std::size_t k = 0; k < 3; ++k)
+        path.weight[k] *= share * radiance * plan_.description().objects[end.surface].tint[k];
+    path.frequency *= interaction.frequency;
     path.surfaces = (path.surfaces ^ (2 * std::uint64_t{end.surface} + is_transmitted + 1)) * 0x9e3779b97f4a7c15u;
     ++path.bounces;
     path.medium = branch->medium;
@@ -261,7 +262,7 @@ void Generations::trace_group(std::uint32_t medium) {
     if (adds_action_to_time) job.outputs = (job.outputs & ~output_time) | output_action;
     job.timed = job_.timed;
     cancel_.install(job);
-    PathPoints points{plan_, job_, rays_, segments.rays, tile_.x0};
+    PathPoints points{plan_, job_, rays_.ends, rays_.paths, segments.rays, tile_.x0};
     if (job_.path_sink) {
         job.path_sink = PathPoints::receive;
         job.path_user = &points;

@@ -28,12 +28,13 @@ struct GenerationCount {
     void add(const GenerationCount& other);
 };
 
-/// The branch that a ray takes at a surface: the stronger one, or a random one with the probability of its share.
-enum class BranchChoice { stronger, sampled };
+/// The branch that a ray takes at a mirror or boundary: the stronger one, or a random one with the probability of its
+/// share. A diffuse surface sends rays into random directions; with `stronger`, it ends them instead.
+enum class BranchChoice { stronger, stronger_or_scattered, sampled };
 /// Returns the choice for the rays of a picture: random if a pixel has several rays.
 inline BranchChoice branch_choice_of(const Plan& plan) {
     const bool has_samples = plan.description().film.spp > 1 || plan.run.is_one_sample;
-    return has_samples ? BranchChoice::sampled : BranchChoice::stronger;
+    return has_samples ? BranchChoice::sampled : BranchChoice::stronger_or_scattered;
 }
 
 /// The work of a tile; entry i of `generations` is that of generation i.

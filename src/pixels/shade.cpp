@@ -4,11 +4,13 @@
 #include "error.h"
 #include "geometry/shapes.h"
 #include "rays/camera.h"
+#include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace kagero {
 namespace {
@@ -18,7 +20,8 @@ double redshift_of(const Plan& plan, const PixelSample& ray) {
 }
 
 /// Returns the colour of the light at the end of a ray. Captured rays are black, because no light arrives along them.
-/// Failed and unfinished rays are black too; the layer `status` distinguishes them.
+/// Failed and unfinished rays are black too; the layer `status` distinguishes them. The light of diffuse surfaces is
+/// part of the path.
 Float3 color_at_end(const Plan& plan, const PixelSample& ray) {
     const RayEnd& end = *ray.end;
     const Double3 toward{end.v[0], end.v[1], end.v[2]};
@@ -26,6 +29,7 @@ Float3 color_at_end(const Plan& plan, const PixelSample& ray) {
         case Status::hit: {
             const Double3 point{end.q[0], end.q[1], end.q[2]};
             const Paints& paints = *plan.scene->paints;
+            if (plan.description().objects[end.surface].material == Material::diffuse) return {0, 0, 0};
             const bool is_black_body = paints.object(end.surface).temperature > 0;
             return paints.surface_color(end.surface, end.primitive, point, toward,
                                         is_black_body ? 1 : redshift_of(plan, ray), ray.patch,
@@ -40,9 +44,9 @@ Float3 color_at_end(const Plan& plan, const PixelSample& ray) {
 /// Returns the colour of a ray.
 Float3 color_of(const Plan& plan, const PixelSample& ray) {
     Float3 color = color_at_end(plan, ray);
-    if (!ray.path || ray.path->bounces == 0) return color;
-    const Double3& weight = ray.path->weight;
-    for (std::size_t k = 0; k < 3; ++k) color[k] = float(color[k] * weight[k]);
+    if (!ray.path) return color;
+    const auto& [weight, light] = std::tie(ray.path->weight, ray.path->light);
+    for (std::size_t k = 0; k < 3; ++k) color[k] = float(color[k] * weight[k] + light[k]);
     return color;
 }
 
@@ -63,6 +67,34 @@ float mean(std::span<const PixelSample> rays, const Quantity& quantity) {
     double sum = 0;
     for (const PixelSample& ray : rays) sum += quantity(*ray.end);
     return float(sum / double(rays.size()));
+}
+
+/// Writes the standard errors of the components of a pixel's colour, from the means of the independent groups of its
+/// rays: se² = G/(G − 1) Σ_g (n_g/n)² (m_g − m)², with the mean m_g of the n_g rays of group g of G. NaN if there is
+/// only one ray.
+void write_standard_error(const Pixel& pixel, float* error) {
+    const PixelRays divided(pixel.plan.description());
+    const std::size_t n = pixel.rays.size(), groups = std::min<std::size_t>(divided.groups(), n);
+    std::array<Double3, PixelRays::max_groups> sums{};
+    std::array<double, PixelRays::max_groups> counts{};
+    Double3 mean{};
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const Float3 c = color_of(pixel.plan, pixel.rays[i]);
+        const std::uint32_t group = divided.group_of(i);
+        ++counts[group];
+        for (std::size_t k = 0; k < 3; ++k) {
+            sums[group][k] += double(c[k]);
+            mean[k] += double(c[k]) / double(n);
+        }
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+        double square = 0;
+        for (std::size_t g = 0; g < groups; ++g) {
+            const double deviation = (sums[g][k] - counts[g] * mean[k]) / double(n);
+            square += deviation * deviation;
+        }
+        error[k] = float(std::sqrt(square * double(groups) / (double(groups) - 1)));
+    }
 }
 
 void write_color(const Pixel& pixel, float* color) {
@@ -150,6 +182,7 @@ struct LayerWriter {
 };
 constexpr LayerWriter layer_writers[] = {
     {"color", 0, write_color},
+    {"standard_error", 0, write_standard_error},
     {"status", 0, [](const Pixel& p, float* out) { *out = float(static_cast<int>(p.rays.front().end->status)); }},
     {"steps", 0, [](const Pixel& p, float* out) { *out = mean(p.rays, [](const RayEnd& end) { return end.steps; }); }},
     {"gradients", 0,

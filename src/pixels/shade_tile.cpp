@@ -4,7 +4,7 @@
 #include "appearance/packets/sky_lookup.h"
 #include "geometry/shapes.h"
 #include "kernels/assertion.h"
-#include "rays/sampler.h"
+#include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 
 #include <algorithm>
@@ -76,13 +76,14 @@ void collect_samples(const TracedTile& traced, const RequiredData& required, std
 }
 
 /// Lists the film positions of all rays of the given pixels.
-void list_film_positions(const FilmDescription& film, const Tile& pixels, PixelBlock& block) {
+void list_film_positions(const SceneDescription& scene, const Tile& pixels, PixelBlock& block) {
+    const PixelRays pixel_rays(scene);
+    const FilmDescription& film = scene.film;
     block.film_positions.clear();
     for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y)
         for (std::uint32_t x = pixels.x0; x < pixels.x1; ++x)
             for (std::uint32_t i = 0; i < film.spp; ++i) {
-                const auto [u, v] =
-                    film.spp == 1 ? std::array{0.5, 0.5} : sample_position(x, y, i, film.spp, film.seed);
+                const auto [u, v] = film.spp == 1 ? std::array{0.5, 0.5} : pixel_rays.position(x, y, i);
                 block.film_positions.push_back({x + u, y + v});
             }
 }
@@ -105,6 +106,8 @@ Footprint lone_ray_footprint(const SkyView& view) {
 /// groups of its rays.
 void add_to_skies(const RequiredData& required, std::uint32_t spp, std::uint32_t groups, PixelBlock& block,
                   SkyLookup& skies) {
+    for (PixelSample& ray : block.rays)
+        if (is_scattered(ray) && ray.end->status == Status::escaped) skies.add(ray, {});
     for (std::uint32_t group = 0; group < groups; ++group) {
         const SkyFootprints found = required.footprints ? footprints_of(block, spp, group) : SkyFootprints{};
         for (PixelSample& ray : block.rays) {
@@ -139,7 +142,7 @@ void prepare_block(const TracedTile& traced, const RequiredData& required, const
     const std::uint32_t groups = group_by_path(block);
     if (have_common_sky(block, spp)) return skies.add_block(std::span(block.rays).first<4>());
     const bool needs_patches = required.patches && !find_common_patch(geometry, block, spp);
-    if (needs_patches || required.footprints) list_film_positions(film, pixels, block);
+    if (needs_patches || required.footprints) list_film_positions(traced.plan.description(), pixels, block);
     if (needs_patches) find_patches(geometry, block, spp);
     add_to_skies(required, spp, groups, block, skies);
     if (required.disk_starts) add_to_disks(*traced.plan.scene->paints, block, disks);

@@ -68,6 +68,8 @@ std::string reason_against_orbit_plane(const Scene& scene, const HamiltonianInfo
         return std::string("it is not the default of the space; integrator.method = \"") + method + "\" selects it";
     if (!properties.orbit_method) return "the space declares no potential for the orbit plane";
     if (!scene.description.integrator.use_symmetry) return no_symmetry;
+    if (has_material(scene.description, Material::diffuse) && !scene.description.integrator.method_location)
+        return "diffuse surfaces scatter rays into almost radial directions, whose steps in the angle are too long";
     if (method_from_trial) return "the trial found that the general path is cheaper";
     return "the scene states a method for the general path, or a step, a tolerance or a rescaling";
 }
@@ -147,9 +149,14 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
                                        : "rays of neighbouring pixels end at about the same time; `trace` decides by a "
                                          "trial of a few packets");
     list.add(run.max_bounces.has_value(),
-             "generations of rays that continue at mirrors and boundaries, through up to " +
-                 std::to_string(run.max_bounces.value_or(0)) + " surfaces",
+             std::string("generations of rays that continue at ") +
+                 (has_material(scene.description, Material::diffuse) ? "mirrors, boundaries and diffuse surfaces"
+                                                                     : "mirrors and boundaries") +
+                 ", through up to " + std::to_string(run.max_bounces.value_or(0)) + " surfaces",
              "every ray ends at the first surface");
+    if (has_material(scene.description, Material::diffuse))
+        list.add(scene.lights && !scene.lights->empty(), "scattered rays toward the lights, half of them",
+                 "no surface emits light, and no sky has bright parts");
     list.add(scene.straight && geometry, "one query for the whole path of a ray",
              geometry ? "rays are bent, so every step is queried separately" : no_objects);
     return std::move(list.decisions);

@@ -35,9 +35,20 @@ bool states_no_accuracy(const IntegratorDescription& stated) {
     return !stated.method_location && !stated.step_location && !stated.tolerance_location;
 }
 
+/// Returns true if a method for the orbit plane is the default of the space, but not of the scene. Diffuse surfaces
+/// send rays into all directions. An almost radial ray passes to infinity within one step of the angle, which can hide
+/// a surface on the way.
+bool excludes_orbit_method(const Scene& scene, Purpose purpose) {
+    const IntegratorDescription& stated = scene.description.integrator;
+    const std::uint32_t method = integrator_index(scene.module(), stated.method);
+    return purpose == Purpose::picture && !stated.method_location && scene.module().integrators[method].angular &&
+           has_material(scene.description, Material::diffuse);
+}
+
 std::uint32_t choose_integrator(const Scene& scene, Purpose purpose) {
     const IntegratorDescription& stated = scene.description.integrator;
     const std::uint32_t chosen = integrator_index(scene.module(), stated.method);
+    if (excludes_orbit_method(scene, purpose)) return integrator_index(scene.module(), scene.space.info().method);
     if (purpose == Purpose::ray_list && states_no_accuracy(stated)) {
         const std::uint32_t adaptive = integrator_index(scene.module(), ray_list_method);
         if (!refusal_of(scene, adaptive, states_rescaling(scene))) return adaptive;
@@ -144,7 +155,8 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     const bool is_ray_list_default = purpose == Purpose::ray_list && states_no_accuracy(stated) &&
                                      scene.module().integrators[run.method.integrator].adaptive;
     const StepKind kind = step_kind(scene, run.method.integrator, run.method.rescaled);
-    const double step = is_ray_list_default ? stated.default_step[static_cast<std::size_t>(kind)] : stated.step;
+    const bool uses_default_step = is_ray_list_default || excludes_orbit_method(scene, purpose);
+    const double step = uses_default_step ? stated.default_step[static_cast<std::size_t>(kind)] : stated.step;
     run.step = kind == StepKind::length ? step / scene.unit : step;
     const double default_tolerance =
         options.precision == Precision::float32 ? ray_list_tolerance_in_float : ray_list_tolerance;

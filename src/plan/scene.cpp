@@ -193,6 +193,8 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     const Shared<Paints> paints = paints_of(*scene, purpose, earlier);
     scene->paints = paints.data;
     scene->paint_inputs = paints.inputs;
+    if (purpose == Purpose::picture && has_material(s, Material::diffuse))
+        scene->lights = std::make_unique<const LightProposals>(s, *scene->geometry, *scene->paints);
     scene->sources = make_sources(scene->space, s, purpose == Purpose::picture);
     check_surfaces_at_horizon(scene->space, *scene->geometry, s.objects,
                               purpose == Purpose::picture ? camera.data() : nullptr, scene->unit);

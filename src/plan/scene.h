@@ -1,6 +1,7 @@
 /// A loaded scene: its space, surfaces and paints. It is immutable, so threads and plans may share it.
 #pragma once
 
+#include "appearance/lights/light_proposals.h"
 #include "appearance/paints.h"
 #include "appearance/redshift.h"
 #include "geometry/geometry.h"
@@ -43,6 +44,7 @@ struct Scene {
     std::shared_ptr<const Paints> paints;           ///< Contains pointers into `geometry`.
     /// Texts that determine `geometry` and `paints`: scenes with equal texts can share them.
     std::string geometry_inputs, paint_inputs;
+    std::unique_ptr<const LightProposals> lights;  ///< Null unless diffuse surfaces scatter the rays of a picture.
     Sources sources;  ///< Contains pointers to other members.
     /// The spaces of the media, each with the objects of the scene in the coordinates of its space.
     std::vector<std::shared_ptr<const Scene>> media;

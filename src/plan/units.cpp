@@ -44,6 +44,8 @@ void convert_lengths(SceneDescription& scene, const Module& module, double unit)
     divide(scene.camera.position, unit);
     divide(scene.camera.look_at, unit);
     scene.camera.height /= unit;
+    scene.camera.aperture_radius /= unit;
+    scene.camera.focus_distance /= unit;
     if (scene.space.sky_frame) scene.space.sky_frame->length_unit = unit;
     if (scene.camera.velocity) scene.camera.velocity->length_unit = unit;
     for (ObjectDescription& object : scene.objects) {

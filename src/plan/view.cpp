@@ -175,6 +175,37 @@ void require_spacetime(const Scene& scene, const View& view) {
                                                        "\" is not greater than 0 at " + position_of_camera(scene));
 }
 
+/// Sets the lens of the view. Throws InputError if a surface may meet the lens, or if its observer is inside a horizon.
+void set_lens(const Scene& scene, View& view) {
+    const CameraDescription& camera = scene.description.camera;
+    const std::string name = "camera.aperture_radius = " + to_toml(camera.aperture_radius * scene.unit);
+    std::array<Double3, 3> axes{Double3{1, 0, 0}, Double3{0, 1, 0}, Double3{0, 0, 1}};
+    SpacetimeMatrix g;
+    double momentum_sign = 1;
+    if (view.camera.start.ingoing)
+        throw InputError(*camera.aperture_location,
+                         name + " is not legal for an observer whose rays start in ingoing coordinates (" +
+                             position_of_camera(scene) + "); state 0, or an observer that does not fall");
+    if (metric_at(scene.space, view.camera.position, g, &momentum_sign) == Failure::none)
+        axes = axes_in_coordinates(g, momentum_sign, view.camera.start);
+    const auto displacement = [&](const Double3& d) {
+        const Double3 unscaled = add(add(scaled(axes[0], d[0]), scaled(axes[1], d[1])), scaled(axes[2], d[2]));
+        return scaled(unscaled, camera.aperture_radius);
+    };
+    view.lens_right = displacement(view.right);
+    view.lens_down = displacement(view.down);
+    const double radius = std::hypot(length(view.lens_right), length(view.lens_down));
+    const Geometry* geometry = scene.geometry->kernel_view();
+    const auto& eye = view.camera.position;
+    const double distance =
+        geometry ? distance_to_surfaces(*geometry, {eye[0], eye[1], eye[2]}, 2 * radius) : 2 * radius;
+    if (radius < distance) return;
+    throw InputError(*camera.aperture_location,
+                     name + " is too great: the lens would reach the nearest surface, at the distance " +
+                         to_toml(distance * scene.unit) + " from the camera; state less than " +
+                         to_toml(camera.aperture_radius * scene.unit * distance / radius));
+}
+
 }  // namespace
 
 double pixel_size(const SceneDescription& scene, double distance) {
@@ -230,6 +261,7 @@ View make_camera_view(const Scene& scene, const Options& options) {
         throw InputError(scene.description.camera.position_location,
                          position_of_camera(scene) + ": " + describe(Failure::invalid_bounds));
     view.camera.clearance = distance_to_objects(scene, view);
+    if (scene.description.camera.aperture_radius > 0) set_lens(scene, view);
     return view;
 }
 
@@ -246,7 +278,7 @@ bool camera_needs_double(const Scene& scene, const View& view) {
 bool kernel_makes_rays(const Scene& scene, const View& view) {
     const SceneDescription& description = scene.description;
     return view.has_camera && description.camera.type == CameraType::perspective && description.film.spp == 1 &&
-           !view.solves_each_direction;
+           !view.solves_each_direction && description.camera.aperture_radius == 0;
 }
 
 std::string position_of_camera(const Scene& scene) {

@@ -16,6 +16,9 @@ struct View {
     /// True if no map from directions to momenta exists. The momentum of each ray is then solved for numerically.
     bool solves_each_direction = false;
     Tile window{};  ///< Pixels to render.
+    /// Displacements dq from the centre of a thin lens to its edge, along `right` and `down`; zero without a lens. The
+    /// lens is a disk in the rest frame of the observer.
+    Double3 lens_right{}, lens_down{};
     /// Displacement of all rays in pixels, which `camera` contains already, except for an equirectangular camera.
     std::array<double, 2> displacement{};
     std::uint32_t medium = 0;  ///< Medium around the camera (Plan::medium).
@@ -46,8 +49,8 @@ bool needs_double(const Scene& scene, double momentum);
 /// Returns needs_double for the greatest momentum of the camera's rays.
 bool camera_needs_double(const Scene& scene, const View& view);
 
-/// Returns true if the kernels can generate the camera's rays. The camera must be perspective with one ray per pixel,
-/// and a map from directions to momenta must exist.
+/// Returns true if the kernels can generate the camera's rays. The camera must be a perspective pinhole camera with one
+/// ray per pixel, and a map from directions to momenta must exist.
 bool kernel_makes_rays(const Scene& scene, const View& view);
 
 /// Returns the text "camera.position = [x, y, z]", in lengths of the scene file.

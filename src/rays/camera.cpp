@@ -70,6 +70,24 @@ CameraRay camera_ray(const Plan& plan, double x, double y) {
     return ray;
 }
 
+CameraRay lens_ray(const Plan& plan, double x, double y, const std::array<double, 2>& lens) {
+    const View& view = plan.view;
+    const CameraDescription& camera = plan.description().camera;
+    const Double3 displacement = add(scaled(view.lens_right, lens[0]), scaled(view.lens_down, lens[1])),
+                  offset = scaled(add(scaled(view.right, lens[0]), scaled(view.down, lens[1])), camera.aperture_radius),
+                  d = subtract(scaled(camera_direction(plan, x, y), camera.focus_distance), offset);
+    double q[3];
+    for (std::size_t k = 0; k < 3; ++k) q[k] = view.camera.position[k] + displacement[k];
+    const Scene& scene = *plan.medium(view.medium).scene;
+    StartMap map;
+    const Failure failure = make_camera_map(scene, view.observer, q, map);
+    CameraRay ray{{{q[0], q[1], q[2]}, {0, 0, 0}, 0, failure, false, false}, 0};
+    if (failure == Failure::no_rest_frame) ray = {scene.space.start(q, d), 1};
+    else if (failure == Failure::none) ray = ray_in_frame(map, d);
+    ray.start.medium = view.medium;
+    return ray;
+}
+
 RayStart camera_ray_start(const Plan& plan, double x, double y) {
     return camera_ray(plan, x, y).start;
 }

@@ -9,6 +9,11 @@ namespace kagero {
 /// Returns the ray through the point (x, y): its start, and the frequency of its light for the observer.
 CameraRay camera_ray(const Plan& plan, double x, double y);
 
+/// Returns the ray through the point (x, y) of a camera with a thin lens, from a point of the lens: `lens` is a point
+/// in the unit disk, along the right and downward. All rays of a point of the picture meet at camera.focus_distance in
+/// front of the lens, in flat space. The rays start in the rest frame of the observer at their point of the lens.
+CameraRay lens_ray(const Plan& plan, double x, double y, const std::array<double, 2>& lens);
+
 /// Returns the start of the ray through the point (x, y).
 RayStart camera_ray_start(const Plan& plan, double x, double y);
 

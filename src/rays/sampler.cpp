@@ -1,5 +1,8 @@
 #include "rays/sampler.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace kagero {
 namespace {
 
@@ -57,24 +60,51 @@ std::uint32_t hash_of_pixel(std::uint32_t x, std::uint32_t y, std::uint32_t seed
     return hash(x ^ hash(y ^ hash(seed)));
 }
 
+/// Returns point `index` of a shuffled and Owen-scrambled sequence of Sobol.
+std::array<double, 2> scrambled_point(std::uint32_t index, std::uint32_t seed) {
+    const std::uint32_t shuffled = owen_scrambled(reverse_bits(index), seed);
+    // The first dimension of Sobol's sequence is the index with its bits in reverse order. owen_scrambled expects the
+    // bits of its number in reverse order, so it gets the index itself.
+    const std::uint32_t first = owen_scrambled(shuffled, hash(seed ^ 0x9e3779b9u));
+    const std::uint32_t second = owen_scrambled(sobol_second_reversed(shuffled), hash(seed ^ 0x3c6ef372u));
+    return {first * sampler_unit, second * sampler_unit};
+}
+
+std::uint32_t seed_of(const PixelRay& ray, RandomChoice choice, std::uint32_t bounce) {
+    return hash(hash(hash_of_pixel(ray.x, ray.y, ray.seed) ^ hash(bounce + 0x51ed270bu)) ^
+                hash(static_cast<std::uint32_t>(choice) + 0x2545f491u));
+}
+
 }  // namespace
 
 std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t count,
                                       std::uint32_t seed) {
     if (count == 1) return {0.5, 0.5};
-    const std::uint32_t pixel_seed = hash_of_pixel(x, y, seed);
-    const std::uint32_t shuffled = owen_scrambled(reverse_bits(index), pixel_seed);
-    // The first dimension of Sobol's sequence is the index with its bits in reverse order. owen_scrambled expects the
-    // bits of its number in reverse order, so it gets the index itself.
-    const std::uint32_t first = owen_scrambled(shuffled, hash(pixel_seed ^ 0x9e3779b9u));
-    const std::uint32_t second = owen_scrambled(sobol_second_reversed(shuffled), hash(pixel_seed ^ 0x3c6ef372u));
-    return {first * sampler_unit, second * sampler_unit};
+    return scrambled_point(index, hash_of_pixel(x, y, seed));
 }
 
 double sample_number(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t seed, std::uint32_t bounce) {
     const std::uint32_t bounce_seed = hash(hash_of_pixel(x, y, seed) ^ hash(bounce + 0x7f4a7c15u)),
                         shuffled = owen_scrambled(reverse_bits(index), bounce_seed);
     return owen_scrambled(shuffled, hash(bounce_seed ^ 0x9e3779b9u)) * sampler_unit;
+}
+
+std::array<double, 2> sample_square(const PixelRay& ray, RandomChoice choice, std::uint32_t bounce) {
+    return scrambled_point(ray.index, seed_of(ray, choice, bounce));
+}
+
+double sample_number(const PixelRay& ray, RandomChoice choice, std::uint32_t bounce) {
+    const std::uint32_t seed = seed_of(ray, choice, bounce), shuffled = owen_scrambled(reverse_bits(ray.index), seed);
+    return owen_scrambled(shuffled, hash(seed ^ 0x9e3779b9u)) * sampler_unit;
+}
+
+std::array<double, 2> concentric_disk(const std::array<double, 2>& point) {
+    const double u = 2 * point[0] - 1, v = 2 * point[1] - 1;
+    if (u == 0 && v == 0) return {0, 0};
+    const bool along_u = std::abs(u) > std::abs(v);
+    const double radius = along_u ? u : v, quarter = std::numbers::pi / 4,
+                 angle = along_u ? quarter * (v / u) : 2 * quarter - quarter * (u / v);
+    return {radius * std::cos(angle), radius * std::sin(angle)};
 }
 
 }  // namespace kagero

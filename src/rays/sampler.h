@@ -21,4 +21,25 @@ std::array<double, 2> sample_position(std::uint32_t x, std::uint32_t y, std::uin
 /// numbers of the rays of a pixel at the same bounce are a shuffled and Owen-scrambled van der Corput sequence.
 double sample_number(std::uint32_t x, std::uint32_t y, std::uint32_t index, std::uint32_t seed, std::uint32_t bounce);
 
+/// A ray of a pixel, for its random numbers: the pixel, the index of the ray among those that share one random
+/// sequence, and the seed of that sequence.
+struct PixelRay {
+    std::uint32_t x, y, index, seed;
+};
+
+/// A random choice on the path of a ray, besides its position in the pixel and its branches at boundaries. Each pair of
+/// a choice and a bounce has its own sequence of numbers.
+enum class RandomChoice : std::uint32_t { direction, strategy, roulette, lens };
+
+/// Returns a point in the unit square. The points of the rays of a pixel for the same choice at the same bounce are a
+/// sequence like that of sample_position, and independent of all others.
+std::array<double, 2> sample_square(const PixelRay& ray, RandomChoice choice, std::uint32_t bounce);
+
+/// Returns a number in [0, 1): the first coordinate of sample_square.
+double sample_number(const PixelRay& ray, RandomChoice choice, std::uint32_t bounce);
+
+/// Returns the point in the unit disk that belongs to a point in the unit square, by the concentric map of P. Shirley
+/// and K. Chiu (Journal of Graphics Tools 2(3), 1997). The map preserves ratios of areas.
+std::array<double, 2> concentric_disk(const std::array<double, 2>& point);
+
 }  // namespace kagero

@@ -8,6 +8,9 @@
 #include "report/text/numbers.h"
 #include "report/thread_shares.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace kagero {
 
 namespace {
@@ -70,9 +73,28 @@ Json integrals_of_ends(const std::vector<RayEnd>& ends, double RayEnd::*number) 
     return numbers;
 }
 
+/// Returns the root mean square and the greatest value of the standard errors of all components of the colour, and the
+/// root mean square divided by the mean colour. Null where they are not known: with one ray per pixel, or in the dark.
+Json standard_error_json(const Film& film) {
+    const std::size_t count = 3 * std::size_t{film.width()} * film.height();
+    const float *errors = film.plane("standard_error"), *colors = film.plane("color");
+    double square = 0, greatest = 0, light = 0;
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!std::isfinite(errors[i])) continue;
+        ++known;
+        square += double(errors[i]) * double(errors[i]);
+        greatest = std::max(greatest, double(errors[i]));
+        if (colors) light += double(colors[i]);
+    }
+    if (known == 0) return {{"rms", nullptr}, {"max", nullptr}, {"relative", nullptr}};
+    const double rms = std::sqrt(square / double(known));
+    return {{"rms", rms}, {"max", greatest}, {"relative", light > 0 ? Json(rms * double(known) / light) : Json()}};
+}
+
 }  // namespace
 
-std::string render_json(const Plan& plan, const RunReport& report, double write_seconds,
+std::string render_json(const Plan& plan, const RunReport& report, const Film* film, double write_seconds,
                         std::vector<Warning> warnings) {
     const std::vector<Warning> of_trial = warnings_of_trial(plan);
     warnings.insert(warnings.begin(), of_trial.begin(), of_trial.end());
@@ -97,6 +119,7 @@ std::string render_json(const Plan& plan, const RunReport& report, double write_
     if (report.interpolated_pixels > 0)
         json["interpolation_error"] = {{"p99", report.interpolation_error.p99},
                                        {"max", report.interpolation_error.max}};
+    if (film && film->has("standard_error")) json["standard_error"] = standard_error_json(*film);
     json["energy_error"] = energy_json(plan, report);
     json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
     const auto vectorized = vectorization_ratio(plan, report);

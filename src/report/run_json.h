@@ -10,8 +10,10 @@
 
 namespace kagero {
 
-/// Returns the JSON of `render`. `energy_error` is null unless the run measured the error of H.
-std::string render_json(const Plan& plan, const RunReport& report, double write_seconds, std::vector<Warning> warnings);
+/// Returns the JSON of `render`. `energy_error` is null unless the run measured the error of H. `standard_error` is
+/// written if `film`, which may be null, has this layer.
+std::string render_json(const Plan& plan, const RunReport& report, const Film* film, double write_seconds,
+                        std::vector<Warning> warnings);
 
 /// Returns the JSON of `trace` from one or more timed runs of the same rays. Counts are those of the last run. `ends`
 /// contains the ends of the rays; their integrals are written if the plan requests them.

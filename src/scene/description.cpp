@@ -30,7 +30,7 @@ const std::vector<std::string>& face_names() {
 }
 
 const std::vector<std::string>& material_names() {
-    static const std::vector<std::string> names{"surface", "mirror", "boundary"};
+    static const std::vector<std::string> names{"surface", "mirror", "boundary", "diffuse"};
     return names;
 }
 
@@ -42,6 +42,11 @@ const std::vector<std::string>& fresnel_names() {
 const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t index) {
     static const std::string space = "space";
     return index == 0 ? space : scene.media[index - 1].name;
+}
+
+bool has_material(const SceneDescription& scene, Material material) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const ObjectDescription& object) { return object.material == material; });
 }
 
 bool uses_medium(const SceneDescription& scene, std::uint32_t index) {

@@ -123,13 +123,15 @@ struct CameraDescription {
     double fov = 60;                   ///< Vertical field of view of a perspective camera, degrees.
     double height = 2;                 ///< Height of the picture of an orthographic camera, a length.
     double shutter = 0;                ///< Share of the time of a frame during which the shutter is open, from 0 to 1.
+    double aperture_radius = 0;        ///< Radius of a thin lens, a length; 0: a pinhole.
+    double focus_distance = 0;         ///< Distance at which a lens shows points sharply; default: that of look_at.
     ObserverKind observer = ObserverKind::static_;
     std::optional<VelocityDescription> velocity;  ///< Replaces `observer` if the scene states it.
     FileLocation position_location;    ///< Position of the key `position`, for messages.
     std::string medium = "auto";       ///< The medium around the camera: a name, or "auto".
     std::optional<std::uint32_t> medium_index;  ///< Index of the stated medium; empty for "auto".
     /// Positions of the keys; empty if the scene does not state the key.
-    std::optional<FileLocation> fov_location, observer_location, medium_location;
+    std::optional<FileLocation> fov_location, observer_location, medium_location, aperture_location;
 };
 
 /// The table [film].
@@ -146,7 +148,7 @@ struct FilmDescription {
     std::uint32_t spp = 1;             ///< Rays per pixel.
     std::uint32_t seed = 0;            ///< Seed for the positions of rays in a pixel, if spp > 1.
     std::vector<std::string> layers{"color"};
-    std::uint32_t max_bounces = 8;  ///< Greatest number of mirrors and boundaries on the path of a pixel.
+    std::uint32_t max_bounces = 8;  ///< Greatest number of surfaces on the path of a pixel that send its light on.
     Tone tone;                      ///< Conversion of the colours for displays.
     Sampling sampling = Sampling::full;
     double max_interpolation_error = 0.25;  ///< Bound on the error of interpolated ray ends, in pixels.
@@ -175,8 +177,8 @@ const std::vector<std::string>& shape_names();
 const std::vector<std::string>& face_names();
 enum class Shading { emission, lambert };
 
-/// The effect of a surface on rays: it ends them, reflects them, or is the boundary of two media.
-enum class Material { surface, mirror, boundary };
+/// The effect of a surface on rays: it ends them, reflects them, is the boundary of two media, or scatters them evenly.
+enum class Material { surface, mirror, boundary, diffuse };
 /// Returns the names of the values of Material in scene files, in the same order.
 const std::vector<std::string>& material_names();
 
@@ -209,6 +211,7 @@ struct ObjectDescription {
     std::uint32_t interior = 0, exterior = 0;  // boundary: indices of the media
     Fresnel fresnel = Fresnel::automatic;      // boundary
     Double3 tint{1, 1, 1};                     // mirror, boundary: factor for the light
+    double emission_strength = 0;              // diffuse: the surface emits its colour times this
     /// Positions of the keys; that of the object if the scene does not state the key.
     FileLocation material_location, interior_location, exterior_location;
     FileLocation location;
@@ -256,6 +259,9 @@ struct SceneDescription {
 
 /// Returns the name of the medium with this index: "space" for 0.
 const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t index);
+
+/// Returns true if an object of the scene has this material.
+bool has_material(const SceneDescription& scene, Material material);
 
 /// Returns true if the object or the camera of a scene states the medium with this index.
 bool uses_medium(const SceneDescription& scene, std::uint32_t index);

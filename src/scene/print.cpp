@@ -102,7 +102,7 @@ void print_material(const KeyLine& line, const SceneDescription& scene, const Ob
     line("tint", object.tint);
 }
 
-/// Writes an object. `has_materials` is true if the scene has a mirror or boundary.
+/// Writes an object. `has_materials` is true if a surface of the scene sends light on.
 void print_object(std::ostringstream& out, const SceneDescription& scene, const ObjectDescription& object,
                   bool has_materials) {
     const KeyLine line{out};
@@ -110,14 +110,16 @@ void print_object(std::ostringstream& out, const SceneDescription& scene, const 
     line("name", object.name);
     line("shape", shape_names()[static_cast<std::size_t>(object.shape)]);
     print_shape(line, object);
-    if (object.material != Material::surface) {
+    const bool is_diffuse = object.material == Material::diffuse;
+    if (object.material != Material::surface && !is_diffuse) {
         print_material(line, scene, object);
         return;
     }
-    if (has_materials) line("material", material_names()[0]);
+    if (has_materials) line("material", material_names()[static_cast<std::size_t>(object.material)]);
     if (object.temperature > 0) line("temperature", object.temperature);
     else for (const std::string& pair : paint_pairs(object.paint, false)) out << pair << '\n';
-    line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
+    if (is_diffuse) line("emission_strength", object.emission_strength);
+    else line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
     bool faces_differ = false;
     for (const Paint& face : object.faces) faces_differ = faces_differ || !same_paint(face, object.paint);
     if (faces_differ) print_faces(out, object);
@@ -212,6 +214,9 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera, bool
     else line("observer", name_of(camera.observer));
     if (has_boundaries || camera.medium_location) line("medium", camera.medium);
     line("shutter", camera.shutter);
+    if (camera.type != CameraType::perspective) return;
+    line("aperture_radius", camera.aperture_radius);
+    line("focus_distance", camera.focus_distance);
 }
 
 void print_sky(std::ostringstream& out, const std::string& name, const SkyDescription& sky) {
@@ -240,13 +245,14 @@ void print_skies(std::ostringstream& out, const SceneDescription& scene) {
     if (scene.space.has_second_sheet) print_sky(out, "sky.far", scene.far_sky);
 }
 
-bool has_material(const SceneDescription& scene, Material material) {
-    return std::any_of(scene.objects.begin(), scene.objects.end(),
-                       [&](const ObjectDescription& object) { return object.material == material; });
+/// Returns true if a surface of the scene sends light on.
+bool has_materials_beside_surface(const SceneDescription& scene) {
+    return has_material(scene, Material::boundary) || has_material(scene, Material::mirror) ||
+           has_material(scene, Material::diffuse);
 }
 
 void print_objects(std::ostringstream& out, const SceneDescription& scene) {
-    const bool has_materials = has_material(scene, Material::boundary) || has_material(scene, Material::mirror);
+    const bool has_materials = has_materials_beside_surface(scene);
     for (const ObjectDescription& object : scene.objects) print_object(out, scene, object, has_materials);
 }
 
@@ -268,7 +274,7 @@ std::string print_scene(const SceneDescription& scene) {
     std::ostringstream out;
     const KeyLine line{out};
     const bool has_boundaries = has_material(scene, Material::boundary),
-               has_materials = has_boundaries || has_material(scene, Material::mirror);
+               has_materials = has_materials_beside_surface(scene);
     out << "[space]\n";
     print_space(out, scene.space, "space");
     print_integrator(out, scene.integrator, "integrator");

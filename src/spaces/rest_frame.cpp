@@ -252,6 +252,15 @@ Failure make_moving_map(const Space& space, const double (&q)[3], const Double3&
     return Failure::none;
 }
 
+std::array<Double3, 3> axes_in_coordinates(const SpacetimeMatrix& g, double momentum_sign, const StartMap& map) {
+    const SpacetimeMatrix inverse_metric = inverse_of(g);
+    std::array<Double3, 3> axes{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t k = 0; k < 3; ++k)
+            for (std::size_t b = 0; b < 4; ++b) axes[i][k] += momentum_sign * inverse_metric[k][b] * map.matrix[b][i];
+    return axes;
+}
+
 std::string speed_limit(const SpacetimeMatrix& g, const Double3& v) {
     if (!std::isfinite(length(v))) return "each component must be a finite number";
     if (length(v) == 0) return "nothing can be at rest here; state another velocity";

@@ -50,6 +50,11 @@ ObservedLight observed_light(const RestFrame& frame, const double (&p)[3], doubl
 /// the speed of light, or the reason why there is no metric.
 Failure make_moving_map(const Space& space, const double (&q)[3], const Double3& v, bool ingoing, StartMap& map);
 
+/// Returns the displacements dq that belong to the unit axes of an observer's rest frame. The columns of `map` are the
+/// covectors of the axes E_i, and the displacements are the spatial components of g^{ab} E_b. `momentum_sign` is that
+/// of metric_at.
+std::array<Double3, 3> axes_in_coordinates(const SpacetimeMatrix& g, double momentum_sign, const StartMap& map);
+
 /// Returns the condition for |v| below the speed of light in the direction of v, as the end of a sentence: "in this
 /// direction, the speed must be less than 0.9".
 std::string speed_limit(const SpacetimeMatrix& g, const Double3& v);

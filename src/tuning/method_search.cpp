@@ -5,6 +5,7 @@
 #include "render/operation_count.h"
 #include "render/trace.h"
 #include "tuning/precision.h"
+#include "tuning/scattered_sample.h"
 #include "tuning/shadow_edge.h"
 
 #include <algorithm>
@@ -244,6 +245,8 @@ void MethodSearch::try_method(const char* name) {
 
 void MethodSearch::run() {
     sample_ = sample_rays(plan_, search_grid, search_grid);
+    if (has_material(plan_.description(), Material::diffuse))
+        add_scattered_rays(plan_, {.stop = control_.stop}, sample_);
     rays = sample_.starts.size();
     may_use_float_ = has_float();
     precision_ = plan_.run.kernel_request.precision.value_or(Precision::float64);
@@ -269,7 +272,8 @@ void MethodSearch::run() {
         const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
         if (is_stated || own == name || !variant) continue;
         if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
-        if (info_of(plan_, *variant).angular && !plan_.run.use_symmetry) continue;
+        const bool uses_orbit_plane = plan_.run.use_symmetry && !has_material(plan_.description(), Material::diffuse);
+        if (info_of(plan_, *variant).angular && !uses_orbit_plane) continue;
         try_method(name);
     }
     if (!best)

@@ -239,8 +239,9 @@ TEST(Media, AreRefusedWithPositionAndRemedy) {
         // materials
         {"material = \"mirror\"", "material = \"mirrror\"", "50:12",
          "did you mean \"mirror\"? Legal names: surface, mirror, boundary"},
-        {"material = \"mirror\"", "material = \"diffuse\"", "50:12", "legal names: surface, mirror, boundary"},
-        {"material = \"mirror\"", "emission_strength = 1", "50:1", "unknown key object.wall.emission_strength"},
+        {"material = \"mirror\"", "material = \"difuse\"", "50:12", "Legal names: surface, mirror, boundary, diffuse"},
+        {"material = \"mirror\"", "emission_strength = 1", "50:1",
+         "object.wall.emission_strength is legal only with material = \"diffuse\""},
         {"interior = \"glass\"\n", "", "32:12", "the required key object.ball.interior is missing: a boundary needs"},
         {"fresnel = \"transmit\"", "fresnel = \"transmits\"", "34:11",
          "did you mean \"transmit\"? Legal names: auto, transmit, none"},

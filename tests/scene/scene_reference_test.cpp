@@ -78,7 +78,8 @@ struct Table {
 };
 
 std::vector<Table> tables() {
-    const std::vector<Override> boundary{"object.sphere.material=boundary", "object.sphere.interior=glass"};
+    const std::vector<Override> boundary{"object.sphere.material=boundary", "object.sphere.interior=glass"},
+        diffuse{"object.sphere.material=diffuse"};
     std::vector<Table> all{
         {"space", {}, {"`[space]`"}, {}, {"throat"}},
         {"space", {"space.hamiltonian=formula", "space.H=px^2"}, {"`[space]`", "`hamiltonian = \"formula\"`"}, {}, {}},
@@ -95,6 +96,7 @@ std::vector<Table> tables() {
         {"film", boundary, {"`[film]`"}, {}, {}},
         {"object.disk", boundary, {"`[[object]]`", "`shape = \"disk\"`"}, {}, {}},
         {"object.sphere", boundary, {"`[[object]]`", "`shape = \"sphere\"`"}, {}, {}},
+        {"object.sphere", diffuse, {"`[[object]]`", "`shape = \"sphere\"`"}, {}, {}},
         {"camera", {"camera.type=orthographic"}, {"`[camera]`"}, {}, {}},
         {"film", {}, {"`[film]`"}, {}, {}},
         {"sky", {}, {"`[sky]`"}, {}, {}},

@@ -163,12 +163,13 @@ void check_combination(const Arguments& arguments) {
     refuse(arguments.resume, "--resume");
 }
 
-/// Writes the JSON report, prints the result and warnings, and returns the exit status.
-int conclude(const Plan& plan, const RunReport& report, const TileJob& job, double write_seconds,
+/// Writes the JSON report, in which `film` is summarized unless it is null, prints the result and warnings, and returns
+/// the exit status.
+int conclude(const Plan& plan, const RunReport& report, const TileJob& job, const Film* film, double write_seconds,
              const std::string& output, const std::string& json, const Terminal& terminal) {
     const std::vector<Warning> warnings = warnings_of_picture(plan, report);
     if (!json.empty())
-        write_output(json, [&](std::ostream& out) { out << render_json(plan, report, write_seconds, warnings); });
+        write_output(json, [&](std::ostream& out) { out << render_json(plan, report, film, write_seconds, warnings); });
     print_result(report, job, output, terminal);
     for (const Warning& warning : warnings) terminal.warning(warning.text);
     if (report.interrupted && !report.out_of_time) return exit_interrupted;
@@ -244,7 +245,7 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     const RunReport report = render_with_progress(plan, film, job, sub_frames.get(), output, time_limit, terminal);
     const double write_seconds = write_result(job, plan, film, report, output);
     if (!keeps_journal_only(job, report)) write_maps(film, mapped, output, terminal);
-    return conclude(plan, report, job, write_seconds, output, arguments.json, terminal);
+    return conclude(plan, report, job, &film, write_seconds, output, arguments.json, terminal);
 }
 
 int run(const Arguments& arguments, const Terminal& terminal) {

@@ -77,12 +77,41 @@ void load_camera_medium(const Section& section, const std::vector<MediumDescript
     if (choice <= media.size()) camera.medium_index = static_cast<std::uint32_t>(choice);
 }
 
+/// Reads the keys of a thin lens.
+void load_lens(const Section& section, CameraDescription& camera) {
+    read(section, "aperture_radius", camera.aperture_radius, {0, 1e12});
+    camera.focus_distance = length(subtract(camera.look_at, camera.position));
+    read(section, "focus_distance", camera.focus_distance, positive_length);
+    const Value* aperture = find(section, "aperture_radius");
+    if (!aperture) return;
+    camera.aperture_location = aperture->location;
+    if (camera.aperture_radius > 0 && camera.type != CameraType::perspective)
+        throw InputError(aperture->location, "camera.aperture_radius = " + to_toml(camera.aperture_radius) +
+                                                 " is legal only with a perspective camera, but camera.type is \"" +
+                                                 name_of(camera.type) + "\"; state 0, or another type");
+}
+
+/// Throws InputError if the film has a layer that the materials of the scene exclude.
+void check_layers_and_materials(const Section& film, const SceneDescription& scene) {
+    const Value* layers = find(film, "layers");
+    if (!layers || !has_material(scene, Material::diffuse)) return;
+    for (const Value& layer : layers->items)
+        if (layer.string == "position_error" || layer.string == "rounding_error")
+            throw InputError(layer.location, "the layer \"" + layer.string +
+                                                 "\" of film.layers is not legal in a scene with material = "
+                                                 "\"diffuse\": it compares the ends of rays, and a diffuse surface "
+                                                 "sends them into random directions; remove the layer. The layer "
+                                                 "\"standard_error\" states the error of the colour that the random "
+                                                 "directions cause");
+}
+
 /// Loads the table [camera]. The view is checked only for pictures.
 CameraDescription load_camera(const Section& section, SpaceDescription& space,
                               const std::vector<MediumDescription>& media, SceneUse use) {
     CameraDescription camera;
-    std::vector<std::string> keys{"type",     "position", "look_at", "up",     "fov",
-                                  "observer", "velocity", "medium",  "shutter"};
+    std::vector<std::string> keys{"type",    "position",        "look_at",       "up",
+                                  "fov",     "observer",        "velocity",      "medium",
+                                  "shutter", "aperture_radius", "focus_distance"};
     if (const Value* type = find(section, "type")) {
         camera.type = static_cast<CameraType>(to_choice(*type, "camera.type", camera_type_names()));
     }
@@ -99,6 +128,7 @@ CameraDescription load_camera(const Section& section, SpaceDescription& space,
     if (const Value* fov = find(section, "fov")) camera.fov_location = fov->location;
     read(section, "height", camera.height, positive_length);
     read(section, "shutter", camera.shutter, {0, 1});
+    load_lens(section, camera);
     if (use == SceneUse::picture) check_view(section, camera);
     return camera;
 }
@@ -200,6 +230,7 @@ void load_tables(const Value& root, const Catalogue& catalogue, SceneUse use, Sc
     scene.far_sky = load_far_sky(sky, scene.space, directory);
     scene.objects = load_objects(root, directory, scene.space, scene.media);
     check_falling_camera(scene, catalogue);
+    check_layers_and_materials(section(with_view, "film"), scene);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "scene/load/load_material.h"
 
+#include <algorithm>
+
 namespace kagero {
 namespace {
 
@@ -23,9 +25,26 @@ void refuse_keys_of_other_materials(const Section& section, const ObjectDescript
             throw InputError(value->key_location, full_name(section, key) + " is legal only with " + legal +
                                                       "; state the material, or remove the key");
     };
-    if (object.material == Material::surface) refuse("tint", "material = \"mirror\" or \"boundary\"");
+    if (object.material == Material::surface || object.material == Material::diffuse)
+        refuse("tint", "material = \"mirror\" or \"boundary\"");
+    if (object.material != Material::diffuse) refuse("emission_strength", "material = \"diffuse\"");
     if (object.material == Material::boundary) return;
     for (const char* key : {"interior", "exterior", "fresnel"}) refuse(key, "material = \"boundary\"");
+}
+
+/// Throws InputError for keys that a diffuse surface does not have. It is at rest, and its light is that of other
+/// surfaces and the sky, or emission_strength times its colour.
+void refuse_keys_beside_diffuse(const Section& section, const ObjectDescription& object) {
+    if (object.shading != Shading::emission)
+        throw InputError(require(section, "shading").location,
+                         full_name(section, "shading") +
+                             " = \"lambert\" is not legal with material = \"diffuse\", which is lit by the objects and "
+                             "the sky of the scene; remove one of the two keys");
+    for (const char* key : {"temperature", "velocity"})
+        if (const Value* value = find(section, key))
+            throw InputError(value->key_location, full_name(section, key) +
+                                                      " is not legal with material = \"diffuse\", which is at rest and "
+                                                      "emits emission_strength times its color; remove the key");
 }
 
 /// Throws InputError if a mirror or boundary states its light, as a surface does.
@@ -74,7 +93,8 @@ bool is_spacetime(const SpaceDescription& space, const Catalogue& catalogue) {
 }  // namespace
 
 const std::vector<std::string>& material_keys() {
-    static const std::vector<std::string> keys{"material", "interior", "exterior", "fresnel", "tint"};
+    static const std::vector<std::string> keys{"material", "interior", "exterior",
+                                               "fresnel",  "tint",     "emission_strength"};
     return keys;
 }
 
@@ -92,9 +112,25 @@ void load_material(const Section& section, const std::vector<std::string>& media
         object.fresnel = static_cast<Fresnel>(choice);
     }
     read(section, "tint", object.tint, tint_range);
+    read(section, "emission_strength", object.emission_strength, {0, 1e6});
     refuse_keys_of_other_materials(section, object);
-    if (object.material != Material::surface) refuse_keys_of_surfaces(section, object);
+    if (object.material == Material::diffuse) refuse_keys_beside_diffuse(section, object);
+    else if (object.material != Material::surface) refuse_keys_of_surfaces(section, object);
     if (object.material == Material::boundary) load_boundary(section, media, object);
+}
+
+void check_albedo(const Section& section, const ObjectDescription& object) {
+    if (object.material != Material::diffuse) return;
+    std::vector<const Paint*> paints{&object.paint};
+    for (const Paint& face : object.faces) paints.push_back(&face);
+    for (const Paint* paint : paints) {
+        if (paint->kind == Paint::Kind::texture || std::ranges::max(paint->color) <= 1) continue;
+        throw InputError(paint->location, "the color " + to_toml(paint->color) + " of " + section.name +
+                                              " is not legal with material = \"diffuse\": it is the albedo, the share "
+                                              "of the light that the surface scatters, so the legal range of each "
+                                              "number is 0 <= value <= 1; a surface emits light with "
+                                              "emission_strength > 0");
+    }
 }
 
 void check_falling_camera(const SceneDescription& scene, const Catalogue& catalogue) {

@@ -13,6 +13,9 @@ const std::vector<std::string>& material_keys();
 /// shape.
 void load_material(const Section& section, const std::vector<std::string>& media, ObjectDescription& object);
 
+/// Throws InputError if a colour of a diffuse object exceeds 1. Its faces are already loaded.
+void check_albedo(const Section& section, const ObjectDescription& object);
+
 /// Throws InputError if the camera is a falling observer and the scene uses a medium that is not a spacetime.
 void check_falling_camera(const SceneDescription& scene, const Catalogue& catalogue);
 

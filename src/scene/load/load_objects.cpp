@@ -160,6 +160,7 @@ ObjectDescription load_object(const Value& table, const std::string& name, const
         case Shape::mesh: load_mesh_keys(section, directory, object); break;
         case Shape::disk: load_disk(section, space, object); break;
     }
+    check_albedo(section, object);
     return object;
 }
 

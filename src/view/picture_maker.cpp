@@ -1,0 +1,229 @@
+#include "view/picture_maker.h"
+
+#include "accuracy/end_errors.h"
+#include "error.h"
+#include "plan/names.h"
+#include "report/run_json.h"
+#include "report/warnings.h"
+#include "scene/load/load.h"
+#include "tuning/resolve.h"
+#include "tuning/step_bound.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace kagero {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+using std::chrono::steady_clock;
+
+/// Time for a moving picture that is made in full size, and for one in a reduced size.
+constexpr double full_size_seconds = 0.11, reduced_seconds = 0.06;
+constexpr std::uint32_t max_reduction = 8;
+
+/// Returns the keys and values of a state that `selects` accepts, as one text.
+template <class Selects>
+std::string text_of_keys(const ViewState& state, const Selects& selects) {
+    std::string text;
+    for (const auto& [key, value] : state.keys)
+        if (selects(key)) text += key + '=' + value + '\n';
+    return text;
+}
+std::string keys_of_rays(const ViewState& state) {
+    return text_of_keys(state, [](const std::string& key) { return !keeps_rays(key); });
+}
+/// Returns the keys that determine the light of a picture, before its conversion for the display.
+std::string keys_of_light(const ViewState& state) {
+    return text_of_keys(state, [](const std::string& key) { return key != "film.exposure" && key != "film.tone"; }) +
+           state.layer + ' ' + std::to_string(state.width) + 'x' + std::to_string(state.height) + ' ' +
+           std::to_string(state.quality == Quality::fine ? state.spp : 1);
+}
+
+/// Returns the description with the values of frame 0, because a page shows one moment.
+SceneDescription description_of_moment(const ViewScene& scene, const ViewState& state) {
+    SceneDescription description = description_of(scene, state);
+    description.animation.reset();
+    return description;
+}
+
+/// Returns the choices that trial rays made for a plan, for other plans.
+AnimationChoice choice_of(const Plan& tuned) {
+    AnimationChoice choice;
+    choice.frames = {0};
+    if (tuned.method_trial) {
+        choice.method = tuned.run.method;
+        choice.step = tuned.method().adaptive ? tuned.run.tolerance : stated_step(*tuned.scene, tuned.run);
+        choice.value_weight = tuned.run.value_weight;
+        choice.trial = *tuned.method_trial;
+    }
+    choice.use_float = tuned.run.kernel->precision == Precision::float32;
+    if (!choice.use_float) choice.reason_for_double = "the last whole picture needed double";
+    return choice;
+}
+
+double integration_error_of(const Plan& plan) {
+    if (plan.scene->straight) return 0;
+    return plan.method_trial ? plan.method_trial->estimate : std::nan("");
+}
+
+}  // namespace
+
+ViewScene load_view_scene(const std::string& file, std::vector<Override> overrides, const Options& options) {
+    ViewScene scene{file, scene_text(file), std::move(overrides), options, {}};
+    scene.description = load_scene_text(scene.text, scene.file, scene.overrides, catalogue(options.isa));
+    return scene;
+}
+
+SceneDescription description_of(const ViewScene& scene, const ViewState& state) {
+    std::vector<Override> overrides = scene.overrides;
+    for (Override& each : state.overrides()) overrides.push_back(std::move(each));
+    return load_scene_text(scene.text, scene.file, overrides, catalogue(scene.options.isa));
+}
+
+std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, const std::atomic<bool>& stop) {
+    const std::string keys = keys_of_light(state) + text_of_keys(state, [](const std::string&) { return true; });
+    if (tuned_ && tuned_keys_ == keys) return tuned_;
+    RunControl control;
+    control.stop = &stop;
+    const Scene* earlier = tuned_ ? tuned_->scene.get() : nullptr;
+    Plan plan = make_plan(description_of_moment(scene_, state), scene_.options, Purpose::picture, earlier);
+    tuned_ = std::make_shared<const Plan>(tune(std::move(plan), scene_.options, Purpose::picture, control));
+    tuned_keys_ = keys;
+    return tuned_;
+}
+
+Plan PictureMaker::moving_plan(const ViewState& state, LivePicture& picture, const std::atomic<bool>& stop) {
+    const std::shared_ptr<const Plan> earlier = latest_ ? latest_ : tuned_;
+    Plan plan = make_plan(description_of_moment(scene_, state), scene_.options, Purpose::picture, earlier->scene.get());
+    const std::string rays = keys_of_rays(state);
+    if (latest_ && latest_rays_ == rays) {
+        plan.run = latest_->run;
+        plan.method_trial = latest_->method_trial;
+        picture.reuse = "method and step";
+    } else {
+        RunControl control;
+        control.stop = &stop;
+        plan = choose_step_bound(std::move(plan), scene_.options, Purpose::picture);
+        plan = with_choice(std::move(plan), choice_of(*tuned_), control);
+        picture.reuse = "method of the last whole picture";
+    }
+    latest_ = std::make_shared<const Plan>(plan);
+    latest_rays_ = rays;
+    return plan;
+}
+
+// The key film.sampling = "adaptive" belongs here, once pictures with surfaces can be interpolated: it would be one more
+// override of a moving picture.
+void PictureMaker::choose_reduction(ViewState& state, std::uint32_t& reduction) const {
+    const double rays = double(state.width) * state.height;
+    const auto takes = [&](std::uint32_t r) { return seconds_per_ray_ * rays / (double(r) * r); };
+    if (seconds_per_ray_ == 0) reduction = 4;
+    else if (takes(1) > full_size_seconds)
+        for (reduction = 2; reduction < max_reduction && takes(reduction) > reduced_seconds;) ++reduction;
+    state.width = std::max(min_view_edge, state.width / reduction);
+    state.height = std::max(min_view_edge, state.height / reduction);
+}
+
+void PictureMaker::draw_from_map(const ViewState& state, LivePicture& picture) {
+    const std::string rays = keys_of_rays(state);
+    const bool keeps_map = map_ && map_rays_ == rays;
+    if (!keeps_map) map_ = std::make_unique<DirectionMap>();
+    map_rays_ = rays;
+    MapPicture drawn = picture_from_map(*picture.plan, *map_);
+    picture.rgb = std::move(drawn.rgb);
+    picture.rays = drawn.traced;
+    picture.trace_seconds = drawn.trace_seconds;
+    picture.shade_seconds = drawn.shade_seconds;
+    picture.interpolation_p99 = drawn.p99_error;
+    picture.interpolation_max = drawn.max_error;
+    picture.reuse += keeps_map ? ", ends of rays from the map of directions" : ", a new map of directions";
+}
+
+void PictureMaker::render_film(LivePicture& picture, const std::atomic<bool>& stop) {
+    RunControl control;
+    Recording recording;
+    control.stop = &stop;
+    control.recording = &recording;
+    control.time_limit = 300;
+    Film film = film_of(*picture.plan);
+    const RunReport report = render_with_errors(*picture.plan, film, control);
+    if (stop) throw Interrupted();
+    double tracing = 0, all = 0;
+    for (const TileRecord& tile : recording.tiles) {
+        tracing += tile.traced - tile.begin;
+        all += std::max(tile.end, tile.traced) - tile.begin;
+    }
+    picture.trace_seconds = all > 0 ? report.seconds * tracing / all : report.seconds;
+    picture.shade_seconds = report.seconds - picture.trace_seconds;
+    picture.rays = report.rays;
+    if (report.out_of_time) picture.remarks.emplace_back("the picture is not complete: it took more than 300 seconds");
+    for (const Warning& warning : warnings_of(*picture.plan, report)) picture.remarks.push_back(warning.text);
+    picture.metadata = picture_metadata(*picture.plan, report);
+    picture.film = std::make_shared<const Film>(std::move(film));
+    if (report.rays > 1000) seconds_per_ray_ = report.seconds / double(report.rays);
+}
+
+LivePicture PictureMaker::make_moving(ViewState state, const std::atomic<bool>& stop) {
+    LivePicture picture;
+    const auto begin = steady_clock::now();
+    const ViewState requested = state;
+    Plan plan = moving_plan(state, picture, stop);
+    const bool from_map = state.layer == "color" && shows_only_sky(plan);
+    if (!from_map) {
+        choose_reduction(state, picture.reduction);
+        if (picture.reduction > 1) plan = moving_plan(state, picture, stop);
+    }
+    picture.plan = std::make_shared<const Plan>(std::move(plan));
+    picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
+    if (from_map) draw_from_map(requested, picture);
+    else render_film(picture, stop);
+    return picture;
+}
+
+LivePicture PictureMaker::make_full(const ViewState& state, const std::atomic<bool>& stop) {
+    LivePicture picture;
+    const auto begin = steady_clock::now();
+    const std::string light = keys_of_light(state);
+    if (last_full_.film && last_full_light_ == light) {
+        picture = last_full_;
+        Film film = *picture.film;
+        film.set_tone(description_of_moment(scene_, state).film.tone);
+        picture.film = std::make_shared<const Film>(std::move(film));
+        picture.rays = 0;
+        picture.trace_seconds = picture.shade_seconds = 0;
+        picture.reuse = "the light of the last picture";
+    } else {
+        picture.plan = full_plan(state, stop);
+        picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
+        picture.remarks = picture.plan->remarks;
+        for (const Warning& warning : warnings_of_trial(*picture.plan)) picture.remarks.push_back(warning.text);
+        render_film(picture, stop);
+        last_full_ = picture;
+        last_full_light_ = light;
+    }
+    return picture;
+}
+
+LivePicture PictureMaker::make_first(ViewState state, const std::atomic<bool>& stop) {
+    constexpr std::uint32_t reduction = 4;
+    state.quality = Quality::full;
+    state.width = std::max(min_view_edge, state.width / reduction);
+    state.height = std::max(min_view_edge, state.height / reduction);
+    LivePicture picture = make_full(state, stop);
+    picture.reduction = reduction;
+    return picture;
+}
+
+LivePicture PictureMaker::make(const ViewState& state, const std::atomic<bool>& stop) {
+    LivePicture picture = state.quality != Quality::moving ? make_full(state, stop)
+                          : tuned_                         ? make_moving(state, stop)
+                                                           : make_first(state, stop);
+    picture.integration_error = integration_error_of(*picture.plan);
+    picture.width = picture.plan->description().film.width;
+    picture.height = picture.plan->description().film.height;
+    return picture;
+}
+
+}  // namespace kagero

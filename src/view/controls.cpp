@@ -59,7 +59,7 @@ Json controls_json(const SceneDescription& scene, const HamiltonianInfo& info) {
             {"space",
              {{"name", scene.space.hamiltonian},
               {"what", info.what},
-              {"formula", scene.space.formula ? scene.space.formula->energy : std::string(info.formula)}}},
+              {"formula", scene.space.formula ? "H = " + scene.space.formula->energy : std::string(info.formula)}}},
             {"parameters", parameters_json(scene, info)},
             {"formula", formula_json(scene)},
             {"camera",

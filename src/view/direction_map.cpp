@@ -8,7 +8,7 @@ namespace kagero {
 namespace {
 
 constexpr float infinite = std::numeric_limits<float>::infinity();
-constexpr std::uint32_t least_cells = 8, most_cells = 64;
+constexpr std::uint32_t least_cells = 4, most_cells = 128;
 /// Number of corners beyond which the map is emptied: about 100 MB.
 constexpr std::uint64_t most_corners = 5'000'000;
 
@@ -81,10 +81,17 @@ void set_cells(MapBlock& block) {
         }
 }
 
-/// Doubles the cells along an edge. Corners that the block has already keep their ends; the positions of the others,
+/// Returns the number of cells along an edge of a new block: a power of two with cells that are narrow enough.
+std::uint32_t first_cells(double first_width) {
+    std::uint32_t cells = least_cells;
+    while (cells < most_cells && DirectionMap::block_width / cells > first_width) cells *= 2;
+    return cells;
+}
+
+/// Divides a block into more cells, or a new block into `first` cells along an edge. Corners that the block has already keep their ends; the positions of the others,
 /// which must be traced, are added to `missing`.
-void double_cells(MapBlock& block, std::vector<std::uint32_t>& missing) {
-    const std::uint32_t before = block.cells, cells = before == 0 ? least_cells : 2 * before, stride = cells + 1;
+void divide(MapBlock& block, std::uint32_t first, std::vector<std::uint32_t>& missing) {
+    const std::uint32_t before = block.cells, cells = before == 0 ? first : 2 * before, stride = cells + 1;
     std::vector<SkyEnd> corners(stride * stride);
     for (std::uint32_t row = 0; row <= cells; ++row)
         for (std::uint32_t column = 0; column <= cells; ++column) {
@@ -124,12 +131,12 @@ Double3 direction_of(std::uint32_t block, double s, double t) {
     return direction;
 }
 
-void DirectionMap::trace(const Plan& plan, const std::vector<std::uint32_t>& blocks) {
+void DirectionMap::trace(const Plan& plan, const std::vector<std::uint32_t>& blocks, double first_width) {
     std::vector<std::vector<std::uint32_t>> missing(blocks.size());
     std::vector<Double3> directions;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
         MapBlock& block = blocks_[blocks[i]];
-        double_cells(block, missing[i]);
+        divide(block, first_cells(first_width), missing[i]);
         corner_count_ += missing[i].size();
         for (const std::uint32_t corner : missing[i])
             directions.push_back(direction_of(blocks[i], double(corner % (block.cells + 1)) / block.cells,
@@ -145,7 +152,7 @@ void DirectionMap::trace(const Plan& plan, const std::vector<std::uint32_t>& blo
 }
 
 void DirectionMap::refine(const Plan& plan, const std::vector<std::uint32_t>& blocks, double max_error,
-                          double least_width) {
+                          double first_width, double least_width) {
     if (corner_count_ > most_corners) {
         blocks_.assign(block_count, {});
         corner_count_ = 0;
@@ -160,7 +167,7 @@ void DirectionMap::refine(const Plan& plan, const std::vector<std::uint32_t>& bl
             if (is_coarse) coarse.push_back(index);
         }
         if (coarse.empty()) return;
-        trace(plan, coarse);
+        trace(plan, coarse, first_width);
     }
 }
 

@@ -33,19 +33,21 @@ struct MapBlock {
 
 class DirectionMap {
 public:
-    static constexpr std::uint32_t blocks_per_edge = 32, block_count = 6 * blocks_per_edge * blocks_per_edge;
+    static constexpr std::uint32_t blocks_per_edge = 16, block_count = 6 * blocks_per_edge * blocks_per_edge;
     static constexpr double block_width = 2.0 / blocks_per_edge;  ///< On a face, whose half-width is 1.
 
     DirectionMap() : blocks_(block_count) {}
     /// Refines blocks until the error of their cells is at most `max_error` radians, or their cells are not wider than
-    /// `least_width` on the face. The rays are those of the plan's camera.
-    void refine(const Plan& plan, const std::vector<std::uint32_t>& blocks, double max_error, double least_width);
+    /// `least_width` on the face. The first cells of a block are not wider than `first_width`, so that they miss no
+    /// details. The rays are those of the plan's camera.
+    void refine(const Plan& plan, const std::vector<std::uint32_t>& blocks, double max_error, double first_width,
+                double least_width);
     const MapBlock& block(std::uint32_t index) const { return blocks_[index]; }
     std::uint64_t rays() const { return rays_; }  ///< Returns the number of rays traced since the map was made.
     double seconds() const { return seconds_; }   ///< Returns the time of tracing since the map was made.
 
 private:
-    void trace(const Plan& plan, const std::vector<std::uint32_t>& blocks);
+    void trace(const Plan& plan, const std::vector<std::uint32_t>& blocks, double first_width);
 
     std::vector<MapBlock> blocks_;
     std::uint64_t corner_count_ = 0, rays_ = 0;

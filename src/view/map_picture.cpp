@@ -88,10 +88,17 @@ public:
         for (std::uint32_t x = 0; x < width; ++x) interpolate(x, y, row, results);
         colors_.shade(row, &rgb_[std::size_t(3) * y * width]);
     }
-    void shade_single(const SinglePixel& pixel, const SkyEnd& end, SkyRow& row) const {
-        row.resize(1);
-        row.set(0, end.direction, pixel.footprint, end.kind);
-        colors_.shade(row, &rgb_[3 * (std::size_t(pixel.y) * plan_.description().film.width + pixel.x)]);
+    /// Colours the pixels whose rays were traced.
+    void shade_singles(const std::vector<SinglePixel>& pixels, const std::vector<SkyEnd>& ends) const {
+        SkyRow row;
+        row.resize(pixels.size());
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            row.set(i, ends[i].direction, pixels[i].footprint, ends[i].kind);
+        std::vector<unsigned char> colors(3 * pixels.size());
+        colors_.shade(row, colors.data());
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            std::copy_n(&colors[3 * i], 3,
+                        &rgb_[3 * (std::size_t(pixels[i].y) * plan_.description().film.width + pixels[i].x)]);
     }
     Double3 direction(const SinglePixel& pixel) const { return directions_(pixel.x, pixel.y); }
 
@@ -159,9 +166,9 @@ MapPicture picture_from_map(const Plan& plan, DirectionMap& map) {
     const FilmDescription& film = plan.description().film;
     const double pixel = pixel_size(plan.description(), 1), earlier_seconds = map.seconds();
     const std::uint64_t earlier_rays = map.rays();
-    constexpr double least_cell = 1.5;  // pixels
+    constexpr double first_cell = 8, least_cell = 1.5;  // pixels
     map.refine(plan, visible_blocks({plan.view.camera}, film.width, film.height), max_map_error * pixel,
-               least_cell * pixel);
+               first_cell * pixel, least_cell * pixel);
     MapPicture picture;
     picture.rgb.resize(std::size_t(3) * film.width * film.height);
     const RowShader shader(plan, map, picture.rgb);
@@ -169,8 +176,7 @@ MapPicture picture_from_map(const Plan& plan, DirectionMap& map) {
     std::vector<Double3> directions;
     for (const SinglePixel& single : results.singles) directions.push_back(shader.direction(single));
     const std::vector<SkyEnd> ends = trace_sky_ends(plan, directions, picture.traced, picture.trace_seconds);
-    SkyRow row;
-    for (std::size_t i = 0; i < ends.size(); ++i) shader.shade_single(results.singles[i], ends[i], row);
+    shader.shade_singles(results.singles, ends);
     picture.traced += map.rays() - earlier_rays;
     picture.trace_seconds += map.seconds() - earlier_seconds;
     picture.max_error = results.errors.quantile(1);

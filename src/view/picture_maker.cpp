@@ -20,7 +20,7 @@ using Seconds = std::chrono::duration<double>;
 using std::chrono::steady_clock;
 
 /// Time for a moving picture that is made in full size, and for one in a reduced size.
-constexpr double full_size_seconds = 0.11, reduced_seconds = 0.06;
+constexpr double full_size_seconds = 0.11, reduced_seconds = 0.05;
 constexpr std::uint32_t max_reduction = 8;
 
 /// Returns the keys and values of a state that `selects` accepts, as one text.
@@ -114,16 +114,22 @@ Plan PictureMaker::moving_plan(const ViewState& state, LivePicture& picture, con
     return plan;
 }
 
-// The key film.sampling = "adaptive" belongs here, once pictures with surfaces can be interpolated: it would be one more
-// override of a moving picture.
-void PictureMaker::choose_reduction(ViewState& state, std::uint32_t& reduction) const {
+// The key film.sampling = "adaptive" belongs here: as an override of moving pictures, it makes larger ones possible.
+void PictureMaker::choose_reduction(ViewState& state) {
     const double rays = double(state.width) * state.height;
     const auto takes = [&](std::uint32_t r) { return seconds_per_ray_ * rays / (double(r) * r); };
-    if (seconds_per_ray_ == 0) reduction = 4;
-    else if (takes(1) > full_size_seconds)
-        for (reduction = 2; reduction < max_reduction && takes(reduction) > reduced_seconds;) ++reduction;
-    state.width = std::max(min_view_edge, state.width / reduction);
-    state.height = std::max(min_view_edge, state.height / reduction);
+    const auto least_for = [&](double seconds) {
+        std::uint32_t r = 1;
+        while (r < max_reduction && takes(r) > seconds) ++r;
+        return r;
+    };
+    const std::uint32_t wanted = takes(1) <= full_size_seconds ? 1 : std::max(2u, least_for(reduced_seconds));
+    // A change costs time, because the clearance grid depends on the size. Small differences are therefore ignored.
+    const bool is_too_slow = takes(reduction_) > (reduction_ == 1 ? full_size_seconds : 1.5 * reduced_seconds),
+               is_too_coarse = wanted + 1 < reduction_ || (wanted == 1 && reduction_ > 1);
+    if (is_too_slow || is_too_coarse) reduction_ = wanted;
+    state.width = std::max(min_view_edge, state.width / reduction_);
+    state.height = std::max(min_view_edge, state.height / reduction_);
 }
 
 void PictureMaker::draw_from_map(const ViewState& state, LivePicture& picture) {
@@ -168,16 +174,14 @@ void PictureMaker::render_film(LivePicture& picture, const std::atomic<bool>& st
 LivePicture PictureMaker::make_moving(ViewState state, const std::atomic<bool>& stop) {
     LivePicture picture;
     const auto begin = steady_clock::now();
-    const ViewState requested = state;
-    Plan plan = moving_plan(state, picture, stop);
-    const bool from_map = state.layer == "color" && shows_only_sky(plan);
+    const bool from_map = state.layer == "color" && shows_only_sky(scene_.description);
     if (!from_map) {
-        choose_reduction(state, picture.reduction);
-        if (picture.reduction > 1) plan = moving_plan(state, picture, stop);
+        choose_reduction(state);
+        picture.reduction = reduction_;
     }
-    picture.plan = std::make_shared<const Plan>(std::move(plan));
+    picture.plan = std::make_shared<const Plan>(moving_plan(state, picture, stop));
     picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
-    if (from_map) draw_from_map(requested, picture);
+    if (from_map) draw_from_map(state, picture);
     else render_film(picture, stop);
     return picture;
 }

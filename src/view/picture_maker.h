@@ -58,7 +58,8 @@ private:
     LivePicture make_full(const ViewState& state, const std::atomic<bool>& stop);
     void render_film(LivePicture& picture, const std::atomic<bool>& stop);
     void draw_from_map(const ViewState& state, LivePicture& picture);
-    void choose_reduction(ViewState& state, std::uint32_t& reduction) const;
+    /// Chooses `reduction_` for a state, and reduces the size of the state.
+    void choose_reduction(ViewState& state);
 
     const ViewScene& scene_;
     std::shared_ptr<const Plan> tuned_;   ///< The last plan whose method was chosen by trial rays.
@@ -69,7 +70,8 @@ private:
     std::string map_rays_;                ///< The keys that determine the rays of the map.
     LivePicture last_full_;               ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;
-    double seconds_per_ray_ = 0;          ///< Of recent pictures; 0: unknown.
+    double seconds_per_ray_ = 0;          ///< Of the last picture; 0: unknown.
+    std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
 };
 
 }  // namespace kagero

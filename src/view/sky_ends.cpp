@@ -24,10 +24,8 @@ SkyEnd sky_end_of(const Plan& plan, const RayEnd& end) {
 
 }  // namespace
 
-bool shows_only_sky(const Plan& plan) {
-    const SceneDescription& scene = plan.description();
-    return scene.objects.empty() && scene.media.empty() && scene.camera.type == CameraType::perspective &&
-           plan.view.medium == 0;
+bool shows_only_sky(const SceneDescription& scene) {
+    return scene.objects.empty() && scene.media.empty() && scene.camera.type == CameraType::perspective;
 }
 
 std::vector<SkyEnd> trace_sky_ends(const Plan& plan, const std::vector<Double3>& directions, std::uint64_t& rays,

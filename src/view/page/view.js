@@ -254,7 +254,7 @@ function vector_control(key, name) {
                                               node('div', {className: 'row wide'}, boxes)]);
 }
 function build_controls() {
-  element('space').textContent = `${scene.space.name}: ${scene.space.what}. H = ${scene.space.formula}`;
+  element('space').textContent = `${scene.space.name}: ${scene.space.what}. ${scene.space.formula}`;
   element('parameters').append(...scene.parameters.map(
     (p) => number_control(p.key, p.name, p.value, range_of(p), hint_of(p))));
   if (scene.formula) {

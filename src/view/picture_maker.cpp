@@ -21,6 +21,8 @@ using std::chrono::steady_clock;
 
 /// Time for a moving picture that is made in full size, and for one in a reduced size.
 constexpr double full_size_seconds = 0.11, reduced_seconds = 0.05;
+/// Time after which pictures remain incomplete.
+constexpr double max_moving_seconds = 5, max_still_seconds = 300;
 constexpr std::uint32_t max_reduction = 8;
 
 /// Returns the keys and values of a state that `selects` accepts, as one text.
@@ -73,6 +75,12 @@ double integration_error_of(const Plan& plan) {
 ViewScene load_view_scene(const std::string& file, std::vector<Override> overrides, const Options& options) {
     ViewScene scene{file, scene_text(file), std::move(overrides), options, {}};
     scene.description = load_scene_text(scene.text, scene.file, scene.overrides, catalogue(options.isa));
+    const FilmDescription& film = scene.description.film;
+    if (std::max(film.width, film.height) > max_view_edge || std::uint64_t{film.width} * film.height > max_view_pixels)
+        throw InputError("film.size = [" + std::to_string(film.width) + ", " + std::to_string(film.height) +
+                         "] is too large for the viewer, which shows at most " + std::to_string(max_view_edge) +
+                         " pixels along an edge and " + std::to_string(max_view_pixels) +
+                         " in all; state a smaller --size");
     return scene;
 }
 
@@ -147,12 +155,12 @@ void PictureMaker::draw_from_map(const ViewState& state, LivePicture& picture) {
     picture.reuse += keeps_map ? ", ends of rays from the map of directions" : ", a new map of directions";
 }
 
-void PictureMaker::render_film(LivePicture& picture, const std::atomic<bool>& stop) {
+void PictureMaker::render_film(LivePicture& picture, double seconds, const std::atomic<bool>& stop) {
     RunControl control;
     Recording recording;
     control.stop = &stop;
     control.recording = &recording;
-    control.time_limit = 300;
+    control.time_limit = seconds;
     Film film = film_of(*picture.plan);
     const RunReport report = render_with_errors(*picture.plan, film, control);
     if (stop) throw Interrupted();
@@ -164,7 +172,8 @@ void PictureMaker::render_film(LivePicture& picture, const std::atomic<bool>& st
     picture.trace_seconds = all > 0 ? report.seconds * tracing / all : report.seconds;
     picture.shade_seconds = report.seconds - picture.trace_seconds;
     picture.rays = report.rays;
-    if (report.out_of_time) picture.remarks.emplace_back("the picture is not complete: it took more than 300 seconds");
+    if (report.out_of_time)
+        picture.remarks.push_back("the picture is not complete: it took more than " + plain_number(seconds) + " seconds");
     for (const Warning& warning : warnings_of(*picture.plan, report)) picture.remarks.push_back(warning.text);
     picture.metadata = picture_metadata(*picture.plan, report);
     picture.film = std::make_shared<const Film>(std::move(film));
@@ -182,7 +191,7 @@ LivePicture PictureMaker::make_moving(ViewState state, const std::atomic<bool>& 
     picture.plan = std::make_shared<const Plan>(moving_plan(state, picture, stop));
     picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
     if (from_map) draw_from_map(state, picture);
-    else render_film(picture, stop);
+    else render_film(picture, max_moving_seconds, stop);
     return picture;
 }
 
@@ -203,7 +212,7 @@ LivePicture PictureMaker::make_full(const ViewState& state, const std::atomic<bo
         picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
         picture.remarks = picture.plan->remarks;
         for (const Warning& warning : warnings_of_trial(*picture.plan)) picture.remarks.push_back(warning.text);
-        render_film(picture, stop);
+        render_film(picture, max_still_seconds, stop);
         last_full_ = picture;
         last_full_light_ = light;
     }

@@ -4,7 +4,7 @@
 #include "film/write_film.h"
 #include "plan/plan.h"
 #include "report/json.h"
-#include "view/map_picture.h"
+#include "view/sky/map_picture.h"
 #include "view/view_state.h"
 
 #include <atomic>
@@ -56,7 +56,7 @@ private:
     /// Makes the first picture, in a reduced size, with a trial of its own.
     LivePicture make_first(ViewState state, const std::atomic<bool>& stop);
     LivePicture make_full(const ViewState& state, const std::atomic<bool>& stop);
-    void render_film(LivePicture& picture, const std::atomic<bool>& stop);
+    void render_film(LivePicture& picture, double seconds, const std::atomic<bool>& stop);
     void draw_from_map(const ViewState& state, LivePicture& picture);
     /// Chooses `reduction_` for a state, and reduces the size of the state.
     void choose_reduction(ViewState& state);
@@ -70,7 +70,7 @@ private:
     std::string map_rays_;                ///< The keys that determine the rays of the map.
     LivePicture last_full_;               ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;
-    double seconds_per_ray_ = 0;          ///< Of the last picture; 0: unknown.
+    double seconds_per_ray_ = 0;          ///< Time per ray of the last picture; 0: unknown.
     std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
 };
 

@@ -27,7 +27,7 @@ struct ViewState {
 };
 
 /// Bounds on the pictures that a page can request.
-inline constexpr std::uint32_t min_view_edge = 16, max_view_edge = 4096, max_view_pixels = 1 << 23, max_view_spp = 64;
+inline constexpr std::uint32_t min_view_edge = 1, max_view_edge = 4096, max_view_pixels = 1 << 23, max_view_spp = 64;
 
 /// Returns true if a page may set this key of the scene. Such keys are listed one by one, and none of them names a
 /// file: the camera, the parameters of the space, the texts and constants of a formula, and the tone of the picture.

@@ -6,7 +6,7 @@
 #include "scene/print.h"
 #include "view/controls.h"
 #include "view/encoder.h"
-#include "view/page.h"
+#include "view/web/page.h"
 #include "view/pixel_report.h"
 
 #include <algorithm>
@@ -90,7 +90,8 @@ std::uint32_t coordinate(const std::string& target, const char* name, std::uint3
     std::uint32_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || end != text.data() + text.size() || value >= size)
-        throw InputError(std::string(name) + ": the value must be a whole number from 0 to " + std::to_string(size - 1));
+        throw InputError(std::string(name) + ": the value must be a whole number from 0 to " +
+                         std::to_string(size - 1));
     return value;
 }
 
@@ -203,11 +204,11 @@ WebResponse Viewer::pixel(const std::string& body, const std::string& target) {
     const std::uint32_t x = coordinate(target, "x", state.width), y = coordinate(target, "y", state.height);
     state.quality = Quality::full;
     const std::shared_ptr<Tab> tab = tab_of(state);
-    static const std::atomic<bool> never{false};
     std::shared_ptr<const Plan> plan;
     {
         const std::lock_guard lock(tab->making);
-        plan = tab->maker.full_plan(state, never);
+        const Running running(*tab);
+        plan = tab->maker.full_plan(state, running.stop());
     }
     return json_response(200, pixel_json(*plan, x, y));
 }

@@ -1,7 +1,7 @@
 /// The viewer: answers the requests of its pages.
 #pragma once
 
-#include "view/access.h"
+#include "view/web/access.h"
 #include "view/statistics.h"
 #include "view/tabs.h"
 

@@ -1,5 +1,5 @@
-// Who may use the server of the viewer: token, Host, Origin, and the rate of requests.
-#include "view/access.h"
+// Protection of the viewer: token, Host, Origin, and the rate of requests.
+#include "view/web/access.h"
 
 #include <gtest/gtest.h>
 
@@ -47,8 +47,8 @@ TEST(ViewerAccess, NeedsTheWholeToken) {
 }
 
 TEST(ViewerAccess, RefusesOtherHosts) {
-    for (const std::string host : {"", "example.org", "example.org:8080", "127.0.0.1", "127.0.0.1:8081", "127.0.0.2:8080",
-                                   "127.0.0.1.example.org:8080", "[::1]:8080"}) {
+    for (const std::string host : {"", "example.org", "example.org:8080", "127.0.0.1", "127.0.0.1:8081",
+                                   "127.0.0.2:8080", "127.0.0.1.example.org:8080", "[::1]:8080"}) {
         WebRequest request = own_request();
         request.host = host;
         request.origin = "http://" + host;

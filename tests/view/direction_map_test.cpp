@@ -1,9 +1,9 @@
 // The map over all directions: its geometry, its error estimate, and pictures that are made from it.
-#include "view/direction_map.h"
+#include "view/sky/direction_map.h"
 #include "accuracy/end_errors.h"
 #include "scene/load/load.h"
 #include "tuning/resolve.h"
-#include "view/map_picture.h"
+#include "view/sky/map_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -31,12 +31,13 @@ TEST(DirectionMap, FindsThePointOfADirection) {
         const CubePoint point = cube_point(d);
         ASSERT_LT(point.block, DirectionMap::block_count);
         const Double3 found = direction_of(point.block, point.s, point.t);
-        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(found[k], d[k] / point.depth, 1e-6);
+        for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(found[k], d[k] * point.inverse_depth, 1e-6);
     }
 }
 
 TEST(DirectionMap, HasBlocksWithoutGaps) {
-    for (const Double3& d : {Double3{1, 1, 1}, Double3{-1, 1, -1}, Double3{1, -1, 0}, Double3{0, 0, -1}, Double3{1, 0, 0}})
+    for (const Double3& d :
+         {Double3{1, 1, 1}, Double3{-1, 1, -1}, Double3{1, -1, 0}, Double3{0, 0, -1}, Double3{1, 0, 0}})
         EXPECT_LT(cube_point(d).block, DirectionMap::block_count);
 }
 

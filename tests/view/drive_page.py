@@ -193,7 +193,8 @@ def drive_sky(browser, viewer, out):
     browser.wait('location.hash.includes("camera.fov")')
     browser.run('window.is_old = true; location.reload()')
     browser.wait('!window.is_old && document.getElementById("corner")?.textContent.includes("×")')
-    expect(browser.run('document.getElementById("control-camera-fov").value') != '127', 'the URL must restore the state')
+    expect(browser.run('document.getElementById("control-camera-fov").value') != '127',
+           'the URL must restore the state')
     browser.wait(FINE, 60)
     browser.screenshot(out / 'sky-fine.png')
 

@@ -17,8 +17,8 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_option(app, "--port", arguments.port,
                "Port at which the server listens, 0 to 65535; 0: a free port. Default: 8080", "N");
     add_option(app, "--bind", arguments.bind,
-               "Address at which the server listens. With another address than 127.0.0.1, everybody who knows the token "
-               "and reaches this machine can use it, and the connection is not encrypted. Default: 127.0.0.1",
+               "Address at which the server listens. At another address than 127.0.0.1, everybody who has the token "
+               "can use it over the network, and the connection is not encrypted. Default: 127.0.0.1",
                "ADDRESS");
     add_execution(app, arguments);
     add_lanes(app, arguments);

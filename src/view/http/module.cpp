@@ -1,5 +1,5 @@
 // The web module. This is the only file that uses Boost.Beast and Boost.Asio.
-#include "view/web_server.h"
+#include "view/web/web_server.h"
 
 #include <boost/asio/bind_executor.hpp>
 #include <boost/asio/ip/tcp.hpp>

@@ -139,6 +139,7 @@ function show_info(moving) {
     lines.push(`interpolation ${pixels(info.interpolation_error.p99)} pixel for 99 %, ` +
                `${(100 * info.traced_share).toFixed(1)} % traced`);
   element('corner').textContent = lines.join('\n');
+  if (info.reuse) lines.push(`used again: ${info.reuse}`);
   element('legend').hidden = info.layer === 'color';
   element('least').textContent = Number(info.scale[0]).toPrecision(3);
   element('greatest').textContent = Number(info.scale[1]).toPrecision(3);

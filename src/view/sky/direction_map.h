@@ -7,7 +7,10 @@
 /// estimate the derivatives. Rays in cells with too large an error must be traced.
 #pragma once
 
-#include "view/sky_ends.h"
+#include "view/sky/sky_ends.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace kagero {
 
@@ -15,10 +18,8 @@ namespace kagero {
 struct CubePoint {
     std::uint32_t block;  ///< Number of the block, over all faces.
     float s, t;           ///< Position in the block, from 0 to 1.
-    float depth;          ///< Component of the direction along the normal of the face.
+    float inverse_depth;  ///< 1 / the component of the direction along the normal of the face.
 };
-/// Returns the point for a direction of any length.
-CubePoint cube_point(const Double3& direction);
 /// Returns the direction of a point; its component along the normal of the face is 1.
 Double3 direction_of(std::uint32_t block, double s, double t);
 
@@ -34,7 +35,7 @@ struct MapBlock {
 class DirectionMap {
 public:
     static constexpr std::uint32_t blocks_per_edge = 16, block_count = 6 * blocks_per_edge * blocks_per_edge;
-    static constexpr double block_width = 2.0 / blocks_per_edge;  ///< On a face, whose half-width is 1.
+    static constexpr double block_width = 2.0 / blocks_per_edge;  ///< Width on a face, whose half-width is 1.
 
     DirectionMap() : blocks_(block_count) {}
     /// Refines blocks until the error of their cells is at most `max_error` radians, or their cells are not wider than
@@ -53,5 +54,19 @@ private:
     std::uint64_t corner_count_ = 0, rays_ = 0;
     double seconds_ = 0;
 };
+
+/// Returns the point for a direction of any length. Inlined, because it is called for every pixel.
+inline CubePoint cube_point(const Double3& d) {
+    constexpr double edge = DirectionMap::blocks_per_edge, below_edge = edge * (1 - 1e-9);
+    const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
+    const std::uint32_t axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
+    const double inverse = 1 / std::abs(d[axis]), first = axis == 0 ? d[1] : d[0], second = axis == 2 ? d[1] : d[2],
+                 s = std::clamp((first * inverse + 1) * (0.5 * edge), 0.0, below_edge),
+                 t = std::clamp((second * inverse + 1) * (0.5 * edge), 0.0, below_edge);
+    const auto column = static_cast<std::uint32_t>(s), row = static_cast<std::uint32_t>(t);
+    const std::uint32_t face = 2 * axis + (d[axis] < 0);
+    return {(face * DirectionMap::blocks_per_edge + row) * DirectionMap::blocks_per_edge + column, float(s - column),
+            float(t - row), float(inverse)};
+}
 
 }  // namespace kagero

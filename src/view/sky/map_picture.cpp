@@ -1,7 +1,7 @@
-#include "view/map_picture.h"
+#include "view/sky/map_picture.h"
 
 #include "render/threads.h"
-#include "view/sky_colors.h"
+#include "view/sky/sky_colors.h"
 
 #include <algorithm>
 #include <atomic>
@@ -53,7 +53,7 @@ struct SinglePixel {
 struct ErrorCounts {
     std::array<std::uint64_t, 101> counts{};
 
-    void add(double error) { ++counts[std::min<std::size_t>(100, std::size_t(100 * error / max_map_error))]; }
+    void add(float error) { ++counts[std::min(100u, std::uint32_t(error * float(100 / max_map_error)))]; }
     void add(const ErrorCounts& other) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += other.counts[i];
     }
@@ -80,7 +80,7 @@ class RowShader {
 public:
     RowShader(const Plan& plan, const DirectionMap& map, std::vector<unsigned char>& rgb)
         : plan_(plan), map_(map), directions_{plan.view.camera}, pixel_(pixel_size(plan.description(), 1)),
-          colors_(plan), rgb_(rgb) {}
+          inverse_pixel_(float(1 / pixel_)), colors_(plan), rgb_(rgb) {}
 
     void shade(std::uint32_t y, SkyRow& row, BandResults& results) const {
         const std::uint32_t width = plan_.description().film.width;
@@ -111,9 +111,9 @@ private:
         const float cells = float(block.cells), s = point.s * cells, t = point.t * cells;
         const std::uint32_t column = std::min(std::uint32_t(s), block.cells - 1),
                             line = std::min(std::uint32_t(t), block.cells - 1), cell = line * block.cells + column;
-        const float footprint = block.magnification[cell] * float(pixel_) / point.depth;
-        const double error = block.error[cell] / pixel_;
-        if (!(error <= max_map_error)) return postpone({x, y, footprint}, row, results);
+        const float footprint = block.magnification[cell] * float(pixel_) * point.inverse_depth,
+                    error = block.error[cell] * inverse_pixel_;
+        if (!(error <= float(max_map_error))) return postpone({x, y, footprint}, row, results);
         const SkyEnd* const upper = &block.corners[line * (block.cells + 1) + column];
         const SkyEnd* const lower = upper + block.cells + 1;
         const float right = s - float(column), down = t - float(line), lower_right = right * down,
@@ -136,6 +136,7 @@ private:
     const DirectionMap& map_;
     PixelDirections directions_;
     double pixel_;
+    float inverse_pixel_;
     SkyColors colors_;
     std::vector<unsigned char>& rgb_;
 };

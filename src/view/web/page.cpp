@@ -1,4 +1,4 @@
-#include "view/page.h"
+#include "view/web/page.h"
 
 #include <iterator>
 #include <string_view>

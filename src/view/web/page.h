@@ -1,7 +1,7 @@
 /// The files of the page, which are part of the program (view/page/).
 #pragma once
 
-#include "view/web_server.h"
+#include "view/web/web_server.h"
 
 namespace kagero {
 

@@ -1,4 +1,4 @@
-#include "view/access.h"
+#include "view/web/access.h"
 
 #include "error.h"
 
@@ -60,7 +60,8 @@ std::string query_value(const std::string& target, const std::string& name) {
 bool Access::is_own_host(const std::string& host) const {
     const std::size_t colon = host.rfind(':');
     const bool has_port = colon != std::string::npos && host.find(']', colon) == std::string::npos;
-    const std::string name = host.substr(0, has_port ? colon : host.size()), port = has_port ? host.substr(colon + 1) : "80";
+    const std::string name = host.substr(0, has_port ? colon : host.size()),
+                      port = has_port ? host.substr(colon + 1) : "80";
     if (port_ != 0 && port != std::to_string(port_)) return false;
     const std::string own = address_.find(':') == std::string::npos ? address_ : '[' + address_ + ']';
     if (name == own || name == "localhost") return true;

@@ -1,7 +1,7 @@
 /// Pictures of the sky from a map over all directions.
 #pragma once
 
-#include "view/direction_map.h"
+#include "view/sky/direction_map.h"
 
 namespace kagero {
 

@@ -1,7 +1,7 @@
-/// Who may use the server of the viewer: the token, the headers Host and Origin, and the rate of requests.
+/// Protection of the viewer's server: the token, the headers Host and Origin, and the rate of requests.
 #pragma once
 
-#include "view/web_server.h"
+#include "view/web/web_server.h"
 
 #include <chrono>
 #include <mutex>
@@ -11,7 +11,7 @@ namespace kagero {
 /// Returns 32 hexadecimal digits from the random numbers of the system. Throws RunError if there are none.
 std::string random_token();
 
-/// Returns the value of a parameter in the query of a target such as "/picture?token=0&format=png"; "" if it is missing.
+/// Returns the value of a parameter in the query of a target such as "/picture?token=0&format=png"; "" without it.
 std::string query_value(const std::string& target, const std::string& name);
 /// Returns the path of a target, without its query.
 std::string path_of_target(const std::string& target);

@@ -1,4 +1,4 @@
-#include "view/sky_colors.h"
+#include "view/sky/sky_colors.h"
 
 #include "film/image.h"
 

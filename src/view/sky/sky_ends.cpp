@@ -1,4 +1,4 @@
-#include "view/sky_ends.h"
+#include "view/sky/sky_ends.h"
 
 #include "render/run.h"
 

@@ -1,4 +1,4 @@
-#include "view/web_server.h"
+#include "view/web/web_server.h"
 
 #include "error.h"
 #include "modules/module_files.h"

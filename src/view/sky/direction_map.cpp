@@ -1,4 +1,4 @@
-#include "view/direction_map.h"
+#include "view/sky/direction_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,8 +88,8 @@ std::uint32_t first_cells(double first_width) {
     return cells;
 }
 
-/// Divides a block into more cells, or a new block into `first` cells along an edge. Corners that the block has already keep their ends; the positions of the others,
-/// which must be traced, are added to `missing`.
+/// Divides a block into more cells, or a new block into `first` cells along an edge. Corners that the block has already
+/// keep their ends; the positions of the others, which must be traced, are added to `missing`.
 void divide(MapBlock& block, std::uint32_t first, std::vector<std::uint32_t>& missing) {
     const std::uint32_t before = block.cells, cells = before == 0 ? first : 2 * before, stride = cells + 1;
     std::vector<SkyEnd> corners(stride * stride);
@@ -105,25 +105,12 @@ void divide(MapBlock& block, std::uint32_t first, std::vector<std::uint32_t>& mi
 
 }  // namespace
 
-CubePoint cube_point(const Double3& d) {
-    const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
-    const std::uint32_t axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
-    const double normal = d[axis], first = axis == 0 ? d[1] : d[0], second = axis == 2 ? d[1] : d[2],
-                 depth = std::abs(normal), scale = DirectionMap::blocks_per_edge / (2 * depth),
-                 middle = DirectionMap::blocks_per_edge / 2.0;
-    const double s = std::min(first * scale + middle, DirectionMap::blocks_per_edge * (1 - 1e-9)),
-                 t = std::min(second * scale + middle, DirectionMap::blocks_per_edge * (1 - 1e-9));
-    const auto column = static_cast<std::uint32_t>(std::max(s, 0.0)), row = static_cast<std::uint32_t>(std::max(t, 0.0));
-    const std::uint32_t face = 2 * axis + (normal < 0);
-    return {(face * DirectionMap::blocks_per_edge + row) * DirectionMap::blocks_per_edge + column, float(s - column),
-            float(t - row), float(depth)};
-}
-
 Double3 direction_of(std::uint32_t block, double s, double t) {
     const std::uint32_t column = block % DirectionMap::blocks_per_edge, rest = block / DirectionMap::blocks_per_edge,
                         row = rest % DirectionMap::blocks_per_edge, face = rest / DirectionMap::blocks_per_edge,
                         axis = face / 2;
-    const double first = (column + s) * DirectionMap::block_width - 1, second = (row + t) * DirectionMap::block_width - 1;
+    const double first = (column + s) * DirectionMap::block_width - 1,
+                 second = (row + t) * DirectionMap::block_width - 1;
     Double3 direction{};
     direction[axis] = face % 2 == 0 ? 1 : -1;
     direction[axis == 0 ? 1 : 0] = first;
@@ -162,8 +149,9 @@ void DirectionMap::refine(const Plan& plan, const std::vector<std::uint32_t>& bl
         for (const std::uint32_t index : blocks) {
             const MapBlock& block = blocks_[index];
             const bool can_refine = block.cells < most_cells && block_width / block.cells > least_width;
-            const bool is_coarse = block.cells == 0 || (can_refine && std::any_of(block.error.begin(), block.error.end(),
-                                                                                  [&](float e) { return e > max_error; }));
+            const bool is_inexact = std::any_of(block.error.begin(), block.error.end(),
+                                                [&](float error) { return error > max_error; });
+            const bool is_coarse = block.cells == 0 || (can_refine && is_inexact);
             if (is_coarse) coarse.push_back(index);
         }
         if (coarse.empty()) return;

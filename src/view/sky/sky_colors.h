@@ -1,7 +1,7 @@
 /// Colours of the sky for rows of pixels, with one lookup per pixel.
 #pragma once
 
-#include "view/sky_ends.h"
+#include "view/sky/sky_ends.h"
 
 #include <memory>
 

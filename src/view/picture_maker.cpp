@@ -8,6 +8,7 @@
 #include "scene/load/load.h"
 #include "tuning/resolve.h"
 #include "tuning/step_bound.h"
+#include "view/sampled_error.h"
 
 #include <algorithm>
 #include <chrono>
@@ -63,11 +64,6 @@ AnimationChoice choice_of(const Plan& tuned) {
     choice.use_float = tuned.run.kernel->precision == Precision::float32;
     if (!choice.use_float) choice.reason_for_double = "the last whole picture needed double";
     return choice;
-}
-
-double integration_error_of(const Plan& plan) {
-    if (plan.scene->straight) return 0;
-    return plan.method_trial ? plan.method_trial->estimate : std::nan("");
 }
 
 }  // namespace
@@ -233,7 +229,8 @@ LivePicture PictureMaker::make(const ViewState& state, const std::atomic<bool>& 
     LivePicture picture = state.quality != Quality::moving ? make_full(state, stop)
                           : tuned_                         ? make_moving(state, stop)
                                                            : make_first(state, stop);
-    picture.integration_error = integration_error_of(*picture.plan);
+    if (picture.plan->description().film.spp == 1) sampled_error_ = sampled_error(*picture.plan);
+    picture.integration_error = sampled_error_;
     picture.width = picture.plan->description().film.width;
     picture.height = picture.plan->description().film.height;
     return picture;

@@ -34,8 +34,9 @@ struct LivePicture {
     std::uint32_t reduction = 1;       ///< The picture has 1/reduction of the requested width and height.
     std::uint64_t rays = 0;            ///< Number of traced rays.
     double plan_seconds = 0, trace_seconds = 0, shade_seconds = 0;
-    /// Estimates of the error in pixels: of the integration, from trial rays, and of interpolated rays. NaN: unknown.
-    double integration_error, interpolation_p99 = 0, interpolation_max = 0;
+    /// Estimates of the error in pixels: of the integration, from a few rays of this picture or of that with one ray per
+    /// pixel, and of interpolated rays. NaN: unknown.
+    double integration_error = 0, interpolation_p99 = 0, interpolation_max = 0;
     std::string reuse;                 ///< What was used again from earlier pictures, for the user.
     std::vector<std::string> remarks;  ///< Warnings about the picture, one line each.
     Metadata metadata;                 ///< Attributes of an EXR file.
@@ -70,6 +71,7 @@ private:
     std::string map_rays_;                ///< The keys that determine the rays of the map.
     LivePicture last_full_;               ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;
+    double sampled_error_ = 0;            ///< Error of the last picture with one ray per pixel.
     double seconds_per_ray_ = 0;          ///< Time per ray of the last picture; 0: unknown.
     std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
 };

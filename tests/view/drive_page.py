@@ -224,6 +224,8 @@ def drive_parameters(browser, viewer, out):
     browser.mouse('mousePressed', 300, 300, button='left', clickCount=1)
     browser.mouse('mouseReleased', 300, 300, button='left', clickCount=1)
     browser.wait('document.getElementById("pixel").textContent.includes("hit: room")')
+    browser.run('document.getElementById("ray").scrollIntoView()')
+    time.sleep(0.3)
     browser.screenshot(out / 'room-pixel.png')
     browser.size(400, 800)
     time.sleep(0.5)

@@ -130,11 +130,13 @@ async function show(blob, new_info, flight) {
   show_info(flight.moving);
 }
 function show_info(moving) {
-  const pixels = (x) => x === null ? 'unknown' : x === 0 ? '0' : x < 1e-3 ? x.toExponential(1) : x.toPrecision(2);
+  const pixels = (x) => x === 0 ? '0' : x < 1e-3 ? x.toExponential(1) : x.toPrecision(2);
   const span = (deliveries.at(-1) - deliveries[0]) / 1000;
-  const fps = deliveries.length > 1 && moving ? `${((deliveries.length - 1) / span).toFixed(1)} pictures/s` : 'still';
+  const fps = !moving ? 'still' : deliveries.length < 2 ? 'moving'
+                                                        : `${((deliveries.length - 1) / span).toFixed(1)} pictures/s`;
   const lines = [`${info.width} × ${info.height}, ${info.spp} ray${info.spp > 1 ? 's' : ''}/pixel, ${fps}`,
-                 `error ${pixels(info.integration_error)} pixel (${info.method})`];
+                 info.integration_error === null ? `error unknown (${info.method})`
+                                                 : `error ${pixels(info.integration_error)} pixel (${info.method})`];
   if (info.interpolation_error.max > 0)
     lines.push(`interpolation ${pixels(info.interpolation_error.p99)} pixel for 99 %, ` +
                `${(100 * info.traced_share).toFixed(1)} % traced`);
@@ -256,6 +258,7 @@ function vector_control(key, name) {
 }
 function build_controls() {
   element('space').textContent = `${scene.space.name}: ${scene.space.what}. ${scene.space.formula}`;
+  element('parameters').parentElement.hidden = scene.parameters.length === 0;
   element('parameters').append(...scene.parameters.map(
     (p) => number_control(p.key, p.name, p.value, range_of(p), hint_of(p))));
   if (scene.formula) {

@@ -88,13 +88,16 @@ SceneDescription description_of(const ViewScene& scene, const ViewState& state) 
 
 std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, const std::atomic<bool>& stop) {
     const std::string keys = keys_of_light(state) + text_of_keys(state, [](const std::string&) { return true; });
-    if (tuned_ && tuned_keys_ == keys) return tuned_;
+    for (const KeptPlan& kept : kept_plans_)
+        if (kept.keys == keys) return tuned_ = kept.plan;
     RunControl control;
     control.stop = &stop;
     const Scene* earlier = tuned_ ? tuned_->scene.get() : nullptr;
     Plan plan = make_plan(description_of_moment(scene_, state), scene_.options, Purpose::picture, earlier);
     tuned_ = std::make_shared<const Plan>(tune(std::move(plan), scene_.options, Purpose::picture, control));
-    tuned_keys_ = keys;
+    constexpr std::size_t max_plans = 4;
+    if (kept_plans_.size() == max_plans) kept_plans_.erase(kept_plans_.begin());
+    kept_plans_.push_back({keys, tuned_});
     return tuned_;
 }
 

@@ -52,6 +52,11 @@ public:
     std::shared_ptr<const Plan> full_plan(const ViewState& state, const std::atomic<bool>& stop);
 
 private:
+    struct KeptPlan {
+        std::string keys;  ///< The keys from which the plan was made.
+        std::shared_ptr<const Plan> plan;
+    };
+
     Plan moving_plan(const ViewState& state, LivePicture& picture, const std::atomic<bool>& stop);
     LivePicture make_moving(ViewState state, const std::atomic<bool>& stop);
     /// Makes the first picture, in a reduced size, with a trial of its own.
@@ -64,7 +69,7 @@ private:
 
     const ViewScene& scene_;
     std::shared_ptr<const Plan> tuned_;   ///< The last plan whose method was chosen by trial rays.
-    std::string tuned_keys_;              ///< The keys from which it was made.
+    std::vector<KeptPlan> kept_plans_;    ///< The last plans of this kind; the last one was made last.
     std::shared_ptr<const Plan> latest_;  ///< The last plan of a moving picture.
     std::string latest_rays_;             ///< Its keys that determine the rays from a position.
     std::unique_ptr<DirectionMap> map_;

@@ -361,10 +361,12 @@ function hover(event) {
     if (!drag && flights.size === 0 && stage > 0) trace_pixel(...pixel);
   }, 150);
 }
-async function trace_pixel(x, y) {
+async function trace_pixel(x, y, attempts = 3) {
   const number = ++pixel_request;
   try {
     const response = await post('pixel', `&x=${x}&y=${y}`, request('full'));
+    if (response.status === 204 && attempts > 1 && number === pixel_request)  // a picture was more urgent
+      return setTimeout(() => { if (number === pixel_request) trace_pixel(x, y, attempts - 1); }, 300);
     if (number !== pixel_request || (response.status !== 200 && response.status !== 422)) return;
     const answer = await response.json();
     if (answer.error) report_error(answer.error);

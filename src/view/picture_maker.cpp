@@ -2,7 +2,7 @@
 
 #include "accuracy/end_errors.h"
 #include "error.h"
-#include "plan/names.h"
+#include "plan/sky_only.h"
 #include "report/run_json.h"
 #include "report/warnings.h"
 #include "scene/load/load.h"
@@ -172,7 +172,8 @@ void PictureMaker::render_film(LivePicture& picture, double seconds, const std::
     picture.shade_seconds = report.seconds - picture.trace_seconds;
     picture.rays = report.rays;
     if (report.out_of_time)
-        picture.remarks.push_back("the picture is not complete: it took more than " + plain_number(seconds) + " seconds");
+        picture.remarks.push_back("the picture is not complete: it took more than " + plain_number(seconds) +
+                                  " seconds");
     for (const Warning& warning : warnings_of(*picture.plan, report)) picture.remarks.push_back(warning.text);
     picture.metadata = picture_metadata(*picture.plan, report);
     picture.film = std::make_shared<const Film>(std::move(film));

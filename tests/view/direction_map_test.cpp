@@ -1,6 +1,7 @@
 // The map over all directions: its geometry, its error estimate, and pictures that are made from it.
 #include "view/sky/direction_map.h"
 #include "accuracy/end_errors.h"
+#include "plan/sky_only.h"
 #include "scene/load/load.h"
 #include "tuning/resolve.h"
 #include "view/sky/map_picture.h"

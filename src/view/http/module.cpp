@@ -26,9 +26,9 @@ using asio::ip::tcp;
 struct Shared {
     const WebLimits limits;
     WebHandler& handler;
-    asio::io_context io{1};   ///< Reads and writes, on one thread.
-    asio::thread_pool pool;   ///< Answers requests.
     std::atomic<std::size_t> connections{0}, running{0};
+    asio::io_context io{1};  ///< Reads and writes, on one thread.
+    asio::thread_pool pool;  ///< Answers requests.
 
     Shared(const WebLimits& l, WebHandler& h) : limits(l), handler(h), pool(l.running) {}
 };

@@ -24,10 +24,6 @@ SkyEnd sky_end_of(const Plan& plan, const RayEnd& end) {
 
 }  // namespace
 
-bool shows_only_sky(const SceneDescription& scene) {
-    return scene.objects.empty() && scene.media.empty() && scene.camera.type == CameraType::perspective;
-}
-
 std::vector<SkyEnd> trace_sky_ends(const Plan& plan, const std::vector<Double3>& directions, std::uint64_t& rays,
                                    double& seconds) {
     constexpr std::uint32_t rays_per_chunk = 256;

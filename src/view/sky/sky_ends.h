@@ -15,10 +15,6 @@ struct SkyEnd {
     bool reaches_sky() const { return kind == Kind::first_sky || kind == Kind::second_sky; }
 };
 
-/// Returns true if the picture of a scene depends only on where its rays reach the sky: the scene has neither objects
-/// nor media, and all rays start at one point.
-bool shows_only_sky(const SceneDescription& scene);
-
 /// Traces rays from the camera and returns their ends. The directions are in the rest frame of the observer, with any
 /// length. Adds the number of rays and the seconds to `rays` and `seconds`.
 std::vector<SkyEnd> trace_sky_ends(const Plan& plan, const std::vector<Double3>& directions, std::uint64_t& rays,

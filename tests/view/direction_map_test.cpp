@@ -36,6 +36,26 @@ TEST(DirectionMap, FindsThePointOfADirection) {
     }
 }
 
+TEST(DirectionMap, FindsThePointsOfARow) {
+    std::size_t same = 0, all = 0;
+    for (const Double3& first : random_directions(100)) {
+        const Double3 step{0.004, -0.003, 0.002};
+        CubeRow row;
+        row.set(first, step, 500);
+        for (std::uint32_t i = 0; i < 500; ++i) {
+            Double3 direction;
+            for (std::size_t k = 0; k < 3; ++k) direction[k] = first[k] + i * step[k];
+            const CubePoint expected = cube_point(direction), point = row[i];
+            const Double3 found = direction_of(point.block, point.s, point.t);
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_NEAR(found[k], direction[k] * point.inverse_depth, 2e-6 * (1 + 3 * point.inverse_depth));
+            same += point.block == expected.block;
+            ++all;
+        }
+    }
+    EXPECT_GT(same, all - all / 1000) << "only points at the edges of blocks may differ";
+}
+
 TEST(DirectionMap, HasBlocksWithoutGaps) {
     for (const Double3& d :
          {Double3{1, 1, 1}, Double3{-1, 1, -1}, Double3{1, -1, 0}, Double3{0, 0, -1}, Double3{1, 0, 0}})

@@ -105,6 +105,27 @@ void divide(MapBlock& block, std::uint32_t first, std::vector<std::uint32_t>& mi
 
 }  // namespace
 
+void CubeRow::set(const Double3& first, const Double3& step, std::uint32_t count) {
+    constexpr float half = 0.5f * DirectionMap::blocks_per_edge, last = 2 * half * (1 - 0x1p-24f);
+    face.resize(count);
+    for (auto* numbers : {&s, &t, &inverse_depth}) numbers->resize(count);
+    const float begin[3] = {float(first[0]), float(first[1]), float(first[2])},
+                by[3] = {float(step[0]), float(step[1]), float(step[2])};
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const auto n = float(std::int32_t(i));
+        const float x = begin[0] + n * by[0], y = begin[1] + n * by[1], z = begin[2] + n * by[2], ax = std::abs(x),
+                    ay = std::abs(y), az = std::abs(z);
+        const bool x_is_greatest = (ax >= ay) & (ax >= az), z_is_greatest = !x_is_greatest & (az > ay);
+        const float normal = x_is_greatest ? x : z_is_greatest ? z : y, across = x_is_greatest ? y : x,
+                    along = z_is_greatest ? y : z, inverse = 1 / std::abs(normal);
+        const std::uint32_t axis = x_is_greatest ? 0 : z_is_greatest ? 4 : 2;
+        s[i] = std::min(std::max((across * inverse + 1) * half, 0.0f), last);
+        t[i] = std::min(std::max((along * inverse + 1) * half, 0.0f), last);
+        inverse_depth[i] = inverse;
+        face[i] = axis + (normal < 0 ? 1 : 0);
+    }
+}
+
 Double3 direction_of(std::uint32_t block, double s, double t) {
     const std::uint32_t column = block % DirectionMap::blocks_per_edge, rest = block / DirectionMap::blocks_per_edge,
                         row = rest % DirectionMap::blocks_per_edge, face = rest / DirectionMap::blocks_per_edge,

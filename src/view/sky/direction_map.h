@@ -69,4 +69,21 @@ inline CubePoint cube_point(const Double3& d) {
             float(t - row), float(inverse)};
 }
 
+/// The points of a row of directions, in arrays that the compiler can vectorize. They agree with cube_point up to the
+/// rounding of floats.
+struct CubeRow {
+    std::vector<std::uint32_t> face;
+    std::vector<float> s, t;  ///< Position on the face, in blocks.
+    std::vector<float> inverse_depth;
+
+    /// Computes the points of `count` directions: first, first + step, ….
+    void set(const Double3& first, const Double3& step, std::uint32_t count);
+    /// Returns point number i.
+    CubePoint operator[](std::uint32_t i) const {
+        const auto column = static_cast<std::uint32_t>(s[i]), row = static_cast<std::uint32_t>(t[i]);
+        return {(face[i] * DirectionMap::blocks_per_edge + row) * DirectionMap::blocks_per_edge + column,
+                s[i] - float(column), t[i] - float(row), inverse_depth[i]};
+    }
+};
+
 }  // namespace kagero

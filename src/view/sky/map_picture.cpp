@@ -71,6 +71,7 @@ struct ErrorCounts {
 
 /// What one thread finds in its rows.
 struct BandResults {
+    CubeRow points;  ///< Scratch memory for one row.
     std::vector<SinglePixel> singles;
     ErrorCounts errors;
 };
@@ -85,6 +86,8 @@ public:
     void shade(std::uint32_t y, SkyRow& row, BandResults& results) const {
         const std::uint32_t width = plan_.description().film.width;
         row.resize(width);
+        const auto& right = plan_.view.camera.right;
+        results.points.set(directions_(0, y), {right[0], right[1], right[2]}, width);
         for (std::uint32_t x = 0; x < width; ++x) interpolate(x, y, row, results);
         colors_.shade(row, &rgb_[std::size_t(3) * y * width]);
     }
@@ -104,7 +107,7 @@ public:
 
 private:
     void interpolate(std::uint32_t x, std::uint32_t y, SkyRow& row, BandResults& results) const {
-        const CubePoint point = cube_point(directions_(x, y));
+        const CubePoint point = results.points[x];
         const MapBlock& block = map_.block(point.block);
         constexpr float unknown_footprint = 0.5f;
         if (block.cells == 0) return postpone({x, y, unknown_footprint}, row, results);

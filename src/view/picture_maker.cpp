@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 namespace kagero {
 namespace {
@@ -42,6 +43,11 @@ std::string keys_of_light(const ViewState& state) {
     return text_of_keys(state, [](const std::string& key) { return key != "film.exposure" && key != "film.tone"; }) +
            state.layer + ' ' + std::to_string(state.width) + 'x' + std::to_string(state.height) + ' ' +
            std::to_string(state.quality == Quality::fine ? state.spp : 1);
+}
+
+/// Returns everything that determines a plan.
+std::string all_keys(const ViewState& state) {
+    return keys_of_light(state) + text_of_keys(state, [](const std::string&) { return true; });
 }
 
 /// Returns the description with the values of frame 0, because a page shows one moment.
@@ -86,15 +92,27 @@ SceneDescription description_of(const ViewScene& scene, const ViewState& state) 
     return load_scene_text(scene.text, scene.file, overrides, catalogue(scene.options.isa));
 }
 
-std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, const std::atomic<bool>& stop) {
-    const std::string keys = keys_of_light(state) + text_of_keys(state, [](const std::string&) { return true; });
+std::shared_ptr<const Plan> PictureMaker::kept_plan(const std::string& keys) const {
     for (const KeptPlan& kept : kept_plans_)
-        if (kept.keys == keys) return tuned_ = kept.plan;
+        if (kept.keys == keys) return kept.plan;
+    return nullptr;
+}
+
+std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, const std::atomic<bool>& stop) {
+    const std::string keys = all_keys(state);
+    if (auto kept = kept_plan(keys)) return tuned_ = kept;
     RunControl control;
     control.stop = &stop;
     const Scene* earlier = tuned_ ? tuned_->scene.get() : nullptr;
     Plan plan = make_plan(description_of_moment(scene_, state), scene_.options, Purpose::picture, earlier);
-    tuned_ = std::make_shared<const Plan>(tune(std::move(plan), scene_.options, Purpose::picture, control));
+    ViewState with_one_ray = state;
+    with_one_ray.quality = Quality::full;
+    // Further rays per pixel are traced as the first one, without another trial.
+    const auto of_one_ray = kept_plan(all_keys(with_one_ray));
+    plan = of_one_ray ? with_choice(choose_step_bound(std::move(plan), scene_.options, Purpose::picture),
+                                    choice_of(*of_one_ray), control)
+                      : tune(std::move(plan), scene_.options, Purpose::picture, control);
+    tuned_ = std::make_shared<const Plan>(std::move(plan));
     constexpr std::size_t max_plans = 4;
     if (kept_plans_.size() == max_plans) kept_plans_.erase(kept_plans_.begin());
     kept_plans_.push_back({keys, tuned_});
@@ -183,6 +201,7 @@ void PictureMaker::render_film(LivePicture& picture, double seconds, const std::
 LivePicture PictureMaker::make_moving(ViewState state, const std::atomic<bool>& stop) {
     LivePicture picture;
     const auto begin = steady_clock::now();
+    if (!tuned_) full_plan(state, stop);
     const bool from_map = state.layer == "color" && shows_only_sky(scene_.description);
     if (!from_map) {
         choose_reduction(state);
@@ -221,18 +240,23 @@ LivePicture PictureMaker::make_full(const ViewState& state, const std::atomic<bo
 
 LivePicture PictureMaker::make_first(ViewState state, const std::atomic<bool>& stop) {
     constexpr std::uint32_t reduction = 4;
-    state.quality = Quality::full;
     state.width = std::max(min_view_edge, state.width / reduction);
     state.height = std::max(min_view_edge, state.height / reduction);
-    LivePicture picture = make_full(state, stop);
+    LivePicture picture;
+    const auto begin = steady_clock::now();
+    Plan plan = make_plan(description_of_moment(scene_, state), scene_.options);
+    picture.plan = std::make_shared<const Plan>(choose_step_bound(std::move(plan), scene_.options, Purpose::picture));
+    picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
     picture.reduction = reduction;
+    render_film(picture, max_moving_seconds, stop);
     return picture;
 }
 
 LivePicture PictureMaker::make(const ViewState& state, const std::atomic<bool>& stop) {
+    const bool is_first = !std::exchange(has_made_picture_, true);
     LivePicture picture = state.quality != Quality::moving ? make_full(state, stop)
-                          : tuned_                         ? make_moving(state, stop)
-                                                           : make_first(state, stop);
+                          : is_first                       ? make_first(state, stop)
+                                                           : make_moving(state, stop);
     if (picture.plan->description().film.spp == 1) sampled_error_ = sampled_error(*picture.plan);
     picture.integration_error = sampled_error_;
     picture.width = picture.plan->description().film.width;

@@ -57,9 +57,11 @@ private:
         std::shared_ptr<const Plan> plan;
     };
 
+    /// Returns the plan that was made from these keys; null if it is not kept.
+    std::shared_ptr<const Plan> kept_plan(const std::string& keys) const;
     Plan moving_plan(const ViewState& state, LivePicture& picture, const std::atomic<bool>& stop);
     LivePicture make_moving(ViewState state, const std::atomic<bool>& stop);
-    /// Makes the first picture, in a reduced size, with a trial of its own.
+    /// Makes the first picture, in a reduced size and without a trial, with the default method of the space.
     LivePicture make_first(ViewState state, const std::atomic<bool>& stop);
     LivePicture make_full(const ViewState& state, const std::atomic<bool>& stop);
     void render_film(LivePicture& picture, double seconds, const std::atomic<bool>& stop);
@@ -78,6 +80,7 @@ private:
     std::string last_full_light_;
     double sampled_error_ = 0;            ///< Error of the last picture with one ray per pixel.
     double seconds_per_ray_ = 0;          ///< Time per ray of the last picture; 0: unknown.
+    bool has_made_picture_ = false;
     std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
 };
 

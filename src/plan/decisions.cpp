@@ -3,7 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "plan/formula_space.h"
-#include "plan/sky_only.h"
+#include "scene/sky_only.h"
 #include "spaces/charts.h"
 
 #include <algorithm>

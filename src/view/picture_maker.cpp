@@ -2,10 +2,10 @@
 
 #include "accuracy/end_errors.h"
 #include "error.h"
-#include "plan/sky_only.h"
 #include "report/run_json.h"
 #include "report/warnings.h"
 #include "scene/load/load.h"
+#include "scene/sky_only.h"
 #include "tuning/resolve.h"
 #include "tuning/step_bound.h"
 #include "view/sampled_error.h"

@@ -34,8 +34,8 @@ struct LivePicture {
     std::uint32_t reduction = 1;       ///< The picture has 1/reduction of the requested width and height.
     std::uint64_t rays = 0;            ///< Number of traced rays.
     double plan_seconds = 0, trace_seconds = 0, shade_seconds = 0;
-    /// Estimates of the error in pixels: of the integration, from a few rays of the last picture with one ray per pixel,
-    /// and of interpolated rays. NaN: unknown.
+    /// Estimates of the error in pixels: of the integration, from a few rays of the last picture with one ray per
+    /// pixel, and of interpolated rays. NaN: unknown.
     double integration_error = 0, interpolation_p99 = 0, interpolation_max = 0;
     std::string reuse;                 ///< What was used again from earlier pictures, for the user.
     std::vector<std::string> remarks;  ///< Warnings about the picture, one line each.

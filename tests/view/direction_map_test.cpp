@@ -1,12 +1,15 @@
 // The map over all directions: its geometry, its error estimate, and pictures that are made from it.
 #include "view/sky/direction_map.h"
 #include "accuracy/end_errors.h"
-#include "plan/sky_only.h"
+#include "scene/sky_only.h"
 #include "scene/load/load.h"
 #include "tuning/resolve.h"
 #include "view/sky/map_picture.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
 
 namespace kagero::test {
 namespace {

@@ -17,9 +17,9 @@ struct MapPicture {
 /// Greatest error of an interpolated direction, in pixels. Rays with a greater one are traced.
 inline constexpr double max_map_error = 0.1;
 
-/// Computes the picture of a plan for whose scene shows_only_sky (plan/sky_only.h) holds. The map must contain only rays from the same position
-/// in the same space; it is refined. The sky is filtered with one lookup per pixel, which takes less time than the
-/// filter of `render`, and is less sharp where the sky is compressed along one direction.
+/// Computes the picture of a plan for whose scene shows_only_sky (scene/sky_only.h) holds. The map must contain only
+/// rays from the same position in the same space; it is refined. The sky is filtered with one lookup per pixel, which
+/// takes less time than the filter of `render`, and is less sharp where the sky is compressed along one direction.
 MapPicture picture_from_map(const Plan& plan, DirectionMap& map);
 
 }  // namespace kagero

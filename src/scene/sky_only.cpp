@@ -1,4 +1,4 @@
-#include "plan/sky_only.h"
+#include "scene/sky_only.h"
 
 namespace kagero {
 

@@ -30,6 +30,9 @@ find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp REQUIRED)
 add_library(kagero_xsimd INTERFACE)
 target_include_directories(kagero_xsimd SYSTEM INTERFACE ${XSIMD_INCLUDE_DIR})
 
+# Boost.Beast serves the pages of `kagero view`. It consists of headers only.
+find_path(BOOST_BEAST_INCLUDE_DIR boost/beast.hpp)
+
 # Python runs scripts, and the Python module is built for it. The interpreter of the system is preferred, because other
 # ones that PATH may contain, such as those of pyenv, have no headers of Debian's packages. -DPython3_EXECUTABLE=FILE
 # selects another one.

@@ -50,7 +50,17 @@ struct OptionValue {
     }
 };
 
-/// Returns the overrides of -D, followed by those of the options that set one key of the scene.
+/// Refuses an empty value, such as an unset variable of a script, and an option in place of a missing value.
+CLI::Validator value_validator() {
+    const auto find_error = [](std::string& text) -> std::string {
+        if (text.empty()) return "the value is empty";
+        return text.starts_with("--") ? "the value is missing; the next word is the option " + text : "";
+    };
+    return {find_error, ""};
+}
+
+}  // namespace
+
 std::vector<Override> overrides_of(const Arguments& arguments) {
     std::vector<Override> all(arguments.overrides.begin(), arguments.overrides.end());
     const auto add = [&](const char* option, const std::string& given, const char* key, const auto& value) {
@@ -83,17 +93,6 @@ std::vector<Override> overrides_of(const Arguments& arguments) {
     });
     return all;
 }
-
-/// Refuses an empty value, such as an unset variable of a script, and an option in place of a missing value.
-CLI::Validator value_validator() {
-    const auto find_error = [](std::string& text) -> std::string {
-        if (text.empty()) return "the value is empty";
-        return text.starts_with("--") ? "the value is missing; the next word is the option " + text : "";
-    };
-    return {find_error, ""};
-}
-
-}  // namespace
 
 void add_option(CLI::App& verb, const std::string& names, std::string& value, const std::string& help,
                 const std::string& type) {

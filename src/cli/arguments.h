@@ -27,6 +27,7 @@ struct Arguments {
     std::vector<std::string> parts;  ///< Files of `merge`.
     bool resume = false, incomplete = false;
     std::string bounces, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
+    std::string port = "8080", bind = "127.0.0.1";
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;
     bool several_isas = false;  ///< True if the verb accepts several names in --isa, or "all".
@@ -66,6 +67,8 @@ void add_schedule(CLI::App& verb, Arguments& arguments);
 /// Adds --crop.
 void add_crop(CLI::App& verb, Arguments& arguments);
 
+/// Returns the overrides of -D, followed by those of the options that set one key of the scene. Throws InputError.
+std::vector<Override> overrides_of(const Arguments& arguments);
 /// Reads the scene and applies -D and the options that set a key. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options, SceneUse use = SceneUse::picture);
 /// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the

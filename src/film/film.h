@@ -47,6 +47,7 @@ public:
     const CropWindow& window() const { return window_; }
     /// Returns the conversion of the colours for displays. It does not change the planes.
     const Tone& tone() const { return tone_; }
+    void set_tone(const Tone& tone) { tone_ = tone; }
     const std::vector<const LayerInfo*>& layers() const { return layers_; }
     /// Returns true if the layer was selected.
     bool has(const std::string& layer) const;

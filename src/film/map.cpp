@@ -98,6 +98,14 @@ std::string map_path(const std::string& picture, const LayerInfo& layer) {
     return (path.parent_path() / (path.stem().string() + "-" + layer.name + ".png")).string();
 }
 
+FalseColors false_colors_of(const float* numbers, std::size_t count, const LayerInfo& layer) {
+    const ColorScale scale(numbers, count, layer.scale == LayerInfo::Scale::logarithmic);
+    std::vector<float> positions(count);
+    for (std::size_t i = 0; i < count; ++i)
+        positions[i] = scale.has_position(numbers[i]) ? float(scale.position(numbers[i])) : -1.0f;
+    return {false_colored(positions), scale.value(0), scale.value(1)};
+}
+
 void write_map(const Film& film, const LayerInfo& layer, const std::string& path) {
     const float* const values = film.plane(layer.name);
     const int w = static_cast<int>(film.width()), h = static_cast<int>(film.height()), map_width = w + gap + bar_width;

@@ -120,7 +120,9 @@ std::vector<float> interleave(const Film& film, std::size_t stride) {
     return interleaved;
 }
 
-void write_layers(const Film& film, const std::string& path, const Metadata& metadata) {
+/// Calls use(PictureToEncode) with the picture of all layers.
+template <class Use>
+void with_layers(const Film& film, const Metadata& metadata, const Use& use) {
     PictureToEncode picture = picture_of(film, PictureToEncode::Samples::floats, nullptr, "Linear");
     for (const LayerInfo* layer : film.layers())
         for (const std::string& channel : layer->channels) {
@@ -137,17 +139,19 @@ void write_layers(const Film& film, const std::string& path, const Metadata& met
     for (const auto& [name, value] : metadata) picture.attributes.emplace_back("kagero/" + name, value);
     const std::vector<float> pixels = interleave(film, picture.names.size());
     picture.pixels = pixels.data();
-    write_picture(path, picture);
+    use(picture);
 }
 
-void write_srgb8(const Film& film, const std::string& path) {
+/// Calls use(PictureToEncode) with the colours in 8 bits.
+template <class Use>
+void with_srgb8(const Film& film, const std::string& path, const Use& use) {
     const float* color = color_plane(film, path);
     const std::vector<unsigned char> bytes =
         display_bytes(color, std::size_t{film.width()} * film.height() * 3, film.tone());
     PictureToEncode picture = picture_of(film, PictureToEncode::Samples::bytes, bytes.data(), "sRGB");
     picture.quality = 95;
     picture.attributes.emplace_back("jpeg:subsampling", "4:4:4");
-    write_picture(path, picture);
+    use(picture);
 }
 
 static_assert(std::endian::native == std::endian::little, "the files contain little-endian floats");
@@ -211,12 +215,25 @@ void prepare_to_write(const std::string& path) {
     if (!stores_one_layer(format_of(path))) codec();
 }
 
+std::vector<unsigned char> encode_film(const Film& film, const std::string& extension, const Metadata& metadata) {
+    const std::string name = "picture" + extension;
+    std::vector<unsigned char> file;
+    std::string reason = "this format is only written to files";
+    const auto encode = [&](const PictureToEncode& picture) { reason = codec().encode(extension, picture, file); };
+    const Encoding encoding = format_of(name).encoding;
+    if (encoding == Encoding::layers) with_layers(film, metadata, encode);
+    if (encoding == Encoding::srgb8) with_srgb8(film, name, encode);
+    if (!reason.empty()) throw RunError("encoding a picture as " + extension + " failed: " + reason);
+    return file;
+}
+
 void write_film(const Film& film, const std::string& path, const Metadata& metadata) {
+    const auto write = [&](const PictureToEncode& picture) { write_picture(path, picture); };
     switch (format_of(path).encoding) {
         case Encoding::layers:
-            return write_layers(film, path, metadata);
+            return with_layers(film, metadata, write);
         case Encoding::srgb8:
-            return write_srgb8(film, path);
+            return with_srgb8(film, path, write);
         case Encoding::pfm:
             return write_pfm(film, path);
         case Encoding::npy: return write_npy(film, path);

@@ -22,6 +22,10 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
 /// loading takes some time. Throws RunError if the module cannot be loaded.
 void prepare_to_write(const std::string& path);
 
+/// Returns the file of a film in a format that encode_film supports: ".exr" or a format with 8 bits per channel, with
+/// the content that write_film describes. Throws RunError if encoding fails.
+std::vector<unsigned char> encode_film(const Film& film, const std::string& extension, const Metadata& metadata);
+
 /// Writes a film to a file. `.exr` stores all layers (`layer.channel`), the position of a crop, and metadata. `.npy`
 /// and `.pfm` store the floats of one layer. Other formats store only the layer `color`; formats with 8 bits per
 /// channel are sRGB-encoded, with the film's tone. The file appears under its name only when it is complete. Throws

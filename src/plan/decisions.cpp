@@ -3,6 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "plan/sampling.h"
+#include "scene/sky_only.h"
 #include "spaces/charts.h"
 #include "spaces/formula_space.h"
 
@@ -218,6 +219,8 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
         const bool requested = std::find(film.layers.begin(), film.layers.end(), layer.name) != film.layers.end();
         list.add(requested, std::string("layer ") + layer.name, "film.layers does not contain it");
     }
+    const std::string why_no_map = why_not_only_sky(scene.description);
+    list.add(why_no_map.empty(), "map over all directions in `kagero view`, which turning views use again", why_no_map);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),
              scene.description.space.formula || !scene.programs.empty()

@@ -1,0 +1,53 @@
+// The verb view: its options, its end by Ctrl-C, and the libraries that other verbs do not load.
+#include "tests/support/program.h"
+
+namespace kagero::test {
+namespace {
+
+const std::string scene = std::string(KAGERO_SCENES) + "/hole.toml";
+
+class ViewVerbTest : public ProgramTest {};
+
+TEST_F(ViewVerbTest, PrintsTheAddressAndEndsAfterAnInterrupt) {
+    const Outcome outcome = run("view " + scene + " --port 0 --quiet", "timeout --preserve-status -s INT 2");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(outcome.out.starts_with("http://127.0.0.1:")) << outcome.out;
+    EXPECT_NE(outcome.out.find("/?token="), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_TRUE(files().empty()) << "the viewer writes no files";
+}
+
+TEST_F(ViewVerbTest, RefusesInvalidOptions) {
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"view", "no scene was given"},
+        {"view nothing.toml", "nothing.toml"},
+        {"view " + scene + " --port 65536", "--port"},
+        {"view " + scene + " --port x", "--port"},
+        {"view " + scene + " --size 5000x100", "film.size"},
+        {"view " + scene + " -D camera.fov=1000", "fov"}};
+    for (const auto& [arguments, part] : cases) {
+        const Outcome outcome = run(arguments, "timeout 20");
+        EXPECT_EQ(outcome.status, 2) << arguments;
+        EXPECT_NE(outcome.err.find(part), std::string::npos) << arguments << ": " << outcome.err;
+    }
+}
+
+TEST_F(ViewVerbTest, ReportsAnAddressAtWhichItCannotListen) {
+    for (const char* address : {"192.0.2.1", "example"}) {
+        const Outcome outcome = run("view " + scene + " --port 0 --bind " + address, "timeout 20");
+        EXPECT_EQ(outcome.status, 1) << address;
+        EXPECT_NE(outcome.err.find("--bind"), std::string::npos) << outcome.err;
+    }
+}
+
+// The dynamic linker lists the libraries that it loads, also those that a program loads later.
+TEST_F(ViewVerbTest, IsTheOnlyVerbThatLoadsTheServer) {
+    const std::string prefix = "LD_DEBUG=files timeout --preserve-status -s INT 3";
+    const Outcome render = run("render " + scene + " --size 16x16 -o x.png", prefix),
+                  view = run("view " + scene + " --port 0", prefix);
+    EXPECT_EQ(render.err.find("kagero-view.so"), std::string::npos);
+    EXPECT_NE(view.err.find("kagero-view.so"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kagero::test

@@ -10,6 +10,7 @@ std::string reason_for_full_sampling(const Scene& scene, const View& view, const
     const FilmDescription& film = scene.description.film;
     if (film.sampling == Sampling::full) return "film.sampling = \"full\"";
     if (film.spp > 1) return "film.spp > 1: interpolation between the samples of a pixel is not supported";
+    if (scene.description.camera.aperture_radius > 0) return "the rays of a pixel start at random points of the lens";
     for (const LayerInfo& layer : all_layers())
         if (!layer.interpolates && std::find(film.layers.begin(), film.layers.end(), layer.name) != film.layers.end())
             return "the layer " + layer.name + " cannot be interpolated";

@@ -121,10 +121,14 @@ std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, cons
 
 Plan PictureMaker::moving_plan(const ViewState& state, LivePicture& picture, const std::atomic<bool>& stop) {
     const std::shared_ptr<const Plan> earlier = latest_ ? latest_ : tuned_;
-    Plan plan = make_plan(description_of_moment(scene_, state), scene_.options, Purpose::picture, earlier->scene.get());
+    SceneDescription description = description_of_moment(scene_, state);
+    description.film.sampling = Sampling::adaptive;
+    Plan plan = make_plan(std::move(description), scene_.options, Purpose::picture, earlier->scene.get());
     const std::string rays = keys_of_rays(state);
     if (latest_ && latest_rays_ == rays) {
+        const double interpolation_bound = plan.run.interpolation_bound;
         plan.run = latest_->run;
+        plan.run.interpolation_bound = interpolation_bound;
         plan.method_trial = latest_->method_trial;
         picture.reuse = "method and step";
     } else {
@@ -139,10 +143,9 @@ Plan PictureMaker::moving_plan(const ViewState& state, LivePicture& picture, con
     return plan;
 }
 
-// The key film.sampling = "adaptive" belongs here: as an override of moving pictures, it makes larger ones possible.
 void PictureMaker::choose_reduction(ViewState& state) {
-    const double rays = double(state.width) * state.height;
-    const auto takes = [&](std::uint32_t r) { return seconds_per_ray_ * rays / (double(r) * r); };
+    const double pixels = double(state.width) * state.height;
+    const auto takes = [&](std::uint32_t r) { return seconds_per_pixel_ * pixels / (double(r) * r); };
     const auto least_for = [&](double seconds) {
         std::uint32_t r = 1;
         while (r < max_reduction && takes(r) > seconds) ++r;
@@ -195,7 +198,12 @@ void PictureMaker::render_film(LivePicture& picture, double seconds, const std::
     for (const Warning& warning : warnings_of(*picture.plan, report)) picture.remarks.push_back(warning.text);
     picture.metadata = picture_metadata(*picture.plan, report);
     picture.film = std::make_shared<const Film>(std::move(film));
-    if (report.rays > 1000) seconds_per_ray_ = report.seconds / double(report.rays);
+    if (report.interpolated_pixels > 0) {
+        picture.interpolation_p99 = report.interpolation_error.p99;
+        picture.interpolation_max = report.interpolation_error.max;
+    }
+    const double pixels = double(picture.film->width()) * double(picture.film->height());
+    if (pixels > 1000) seconds_per_pixel_ = report.seconds / pixels;
 }
 
 LivePicture PictureMaker::make_moving(ViewState state, const std::atomic<bool>& stop) {

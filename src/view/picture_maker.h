@@ -79,7 +79,7 @@ private:
     LivePicture last_full_;               ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;
     double sampled_error_ = 0;            ///< Error of the last picture with one ray per pixel.
-    double seconds_per_ray_ = 0;          ///< Time per ray of the last picture; 0: unknown.
+    double seconds_per_pixel_ = 0;        ///< Time per pixel of the last picture; 0: unknown.
     bool has_made_picture_ = false;
     std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
 };

@@ -12,8 +12,7 @@ namespace kagero {
 /// reports of all tiles in film and results, and appends the tiles to the journal if it is not null. The results of the
 /// other ranks do not change.
 ///
-/// If `control.stop` is set on any rank, all ranks end early. Throws RunError on rank 0, after all ranks have ended, if
-/// a rank failed, and LostRank if a rank is lost. A rank that fails throws the exception that ended it. The report of
+/// If `control.stop` is set on any rank, all ranks end early. For the exceptions, see JointWork::run. The report of
 /// rank 0 contains the sums over all tiles in `results`.
 RunReport render_on_ranks(Communicator& ranks, const Plan& plan, const TileFileHeader& header, Film& film,
                           TileResults& results, Journal* journal, const RunControl& control, LinkTimes times = {});

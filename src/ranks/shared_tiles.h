@@ -7,8 +7,8 @@
 
 namespace kagero {
 
-/// Collective: sends the header of a picture and the numbers of its finished tiles to the other ranks. Returns when they
-/// are ready to render.
+/// Collective: sends the header of a picture and the numbers of its finished tiles to the other ranks. Returns when
+/// they are ready to render.
 void share_tiles(Communicator& ranks, const TileFileHeader& header, const TileResults& results);
 
 /// The picture as another rank has received it.

@@ -120,7 +120,7 @@ struct RunControl {
     std::atomic<bool>* snapshot_requested = nullptr;
     /// Receives a copy of the film while the other threads continue; null if there was not enough memory for the copy.
     std::function<void(const Film*)> snapshot = {};
-    /// Locked exclusively while the film is copied for a snapshot. Other writers of the film than the run lock it shared.
+    /// Locked exclusively while the film is copied for a snapshot. Writers of the film outside the run lock it shared.
     /// May be null if there are none.
     std::shared_mutex* film_mutex = nullptr;
     /// Selects the tiles of a picture that are rendered. Empty: all tiles are rendered.

@@ -239,7 +239,8 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     const double time_limit = time_limit_of(arguments);
     check_files(arguments, options, scene, mapped, output);
     // The JSON and the attributes of an .exr file contain the error of H.
-    options.energy_error = job.part || ranks || arguments.resume || !arguments.json.empty() || stores_all_layers(output);
+    options.energy_error = job.part || ranks || arguments.resume || !arguments.json.empty() ||
+                           stores_all_layers(output);
     if (arguments.resume) job.journal.emplace(journal_path(arguments, output));
     auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (!job.part) prepare_to_write(output);
@@ -271,7 +272,7 @@ int render(const Arguments& arguments, const Terminal& terminal, Communicator* r
     if (ranks) share_scene(*ranks, scene, arguments.send_files);
     check_crop(arguments, options, scene.film);
     if (!arguments.frames.empty())
-        return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal);
+        return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal, ranks);
     check_picture_output(arguments);
     if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal, ranks);
     // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
@@ -285,9 +286,10 @@ int render(const Arguments& arguments, const Terminal& terminal, Communicator* r
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.mpi) return render(arguments, terminal, nullptr);
-    return run_on_ranks(arguments, terminal, [](const Arguments& of_rank, const Terminal& printing, Communicator& ranks) {
-        return render(of_rank, printing, &ranks);
-    });
+    return run_on_ranks(arguments, terminal,
+                        [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
+                            return render(of_rank, terminal_of_rank, &ranks);
+                        });
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ RankLink::RankLink(Communicator& ranks, std::function<void(const RankMessage&)> 
 
 void RankLink::start(std::function<void()> failed) {
     heard_.assign(heard_.size(), Clock::now());
-    shown_ = Clock::now();
+    shown_ = latest_exchange_ = Clock::now();
     thread_ = std::jthread([this, failed = std::move(failed)] {
         try {
             exchange();
@@ -46,6 +46,7 @@ void RankLink::exchange() {
         was_busy = send_all() || was_busy;
         if (finishing_ && ranks_.unsent() == 0) return;
         show_life();
+        forgive_own_pause();
         if (!finishing_) check_lost();
         if (!was_busy) std::this_thread::sleep_for(std::chrono::duration<double>(times_.pause));
     }
@@ -76,6 +77,13 @@ void RankLink::show_life() {
     if (finishing_ || Clock::now() - shown_ < std::chrono::duration<double>(times_.heartbeat)) return;
     shown_ = Clock::now();
     for (const int peer : peers_) ranks_.send(peer, alive, "");
+}
+
+/// A scheduler can stop all ranks for a while. A rank that was stopped itself does not count the silence of the others.
+void RankLink::forgive_own_pause() {
+    const auto now = Clock::now();
+    if (now - latest_exchange_ > std::chrono::duration<double>(times_.heartbeat)) heard_.assign(heard_.size(), now);
+    latest_exchange_ = now;
 }
 
 void RankLink::check_lost() const {

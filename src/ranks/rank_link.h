@@ -62,6 +62,7 @@ private:
     bool receive_all();
     bool send_all();
     void show_life();
+    void forgive_own_pause();
     void check_lost() const;
 
     Communicator& ranks_;
@@ -71,6 +72,7 @@ private:
     std::vector<int> peers_;
     std::vector<Clock::time_point> heard_;  ///< Time of the latest message of each rank.
     Clock::time_point shown_;               ///< Time of the latest heartbeat of this rank.
+    Clock::time_point latest_exchange_;     ///< Time of the latest turn of the thread.
     bool finishing_ = false;
     std::mutex posting_;
     std::vector<Posted> posted_;

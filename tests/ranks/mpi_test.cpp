@@ -24,7 +24,8 @@ class Mpi : public HoleTest {
 protected:
     void SetUp() override {
         HoleTest::SetUp();
-        if (launcher.empty()) GTEST_SKIP() << "the MPI module is not built; .ci/setup test installs mpi-default-dev";
+        if (launcher.empty())
+            GTEST_SKIP() << "the MPI module is not built (.ci/setup test installs mpi-default-dev), or has sanitizers";
     }
     /// Runs `kagero render ARGUMENTS --mpi` on `count` ranks. `rank_command` is the start of the command of a rank.
     Outcome on_ranks(int count, const std::string& arguments, const std::string& rank_command = "") const {

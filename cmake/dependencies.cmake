@@ -33,6 +33,13 @@ target_include_directories(kagero_xsimd SYSTEM INTERFACE ${XSIMD_INCLUDE_DIR})
 # Boost.Beast serves the pages of `kagero view`. It consists of headers only.
 find_path(BOOST_BEAST_INCLUDE_DIR boost/beast.hpp)
 
+# MPI is needed only by its module. Without MPI, the module is not built, and --mpi is refused.
+set(MPI_CXX_SKIP_MPICXX ON)
+find_package(MPI QUIET COMPONENTS CXX)
+if(NOT MPI_CXX_FOUND)
+  message(STATUS "The MPI module is not built, because MPI was not found; its Debian package is mpi-default-dev")
+endif()
+
 # Python runs scripts, and the Python module is built for it. The interpreter of the system is preferred, because other
 # ones that PATH may contain, such as those of pyenv, have no headers of Debian's packages. -DPython3_EXECUTABLE=FILE
 # selects another one.

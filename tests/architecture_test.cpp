@@ -105,6 +105,7 @@ const std::vector<std::vector<std::string>> program_layers{{"scene", "animation"
                                                            {"report"},
                                                            {"parts"},
                                                            {"frames"},
+                                                           {"ranks"},
                                                            {"library"},
                                                            {"python"},
                                                            {"view"},
@@ -139,12 +140,15 @@ TEST(Program, HasNoCycles) {
 }
 
 // Some files have no header of the same name: verbs, the image module and the web module are called through tables, and
+// Some files have no header of the same name: verbs and the modules for images and MPI are called through tables, and
 // main.cpp and module.cpp only contain the entry points.
 TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
     for (const Source& source : sources_below("src")) {
         if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") ||
             source.path == "src/cli/main.cpp" || source.path == "src/python/module.cpp" ||
             starts_with(source.path, "src/film/openimageio/") || starts_with(source.path, "src/view/http/"))
+            starts_with(source.path, "src/film/openimageio/") ||
+            starts_with(source.path, "src/ranks/mpi/"))
             continue;
         ASSERT_FALSE(source.includes.empty()) << source.path;
         const std::string own = unit_of(source.path).substr(4) + ".h", name = own.substr(own.rfind('/') + 1);
@@ -227,6 +231,7 @@ TEST(Program, IncludesOnlySharedHeadersOfTheKernels) {
 TEST(Program, UsesEachLibraryInOneFolder) {
     const std::vector<std::pair<const char*, const char*>> folders{
         {"OpenImageIO/", "src/film/openimageio/"},
+        {"mpi.h", "src/ranks/mpi/"},
         {"toml++/", "src/scene/toml.cpp"},
         {"CLI/", "src/cli/"},
         {"rtcore.h", "src/geometry/"},

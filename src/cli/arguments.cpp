@@ -236,6 +236,11 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options, Sc
     return load_scene(arguments.scene, overrides_of(arguments), catalogue(options.isa), use);
 }
 
+SceneDescription scene_of_text(const Arguments& arguments, const Options& options, const std::string& text,
+                               const std::string& path) {
+    return load_scene_text(text, path, overrides_of(arguments), catalogue(options.isa));
+}
+
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options) {
     SceneDescription scene = scene_of(arguments, options, SceneUse::single_rays);
     arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");

@@ -25,7 +25,7 @@ struct Arguments {
     std::string rays = "-", observer, parameter, columns, every;
     std::string part, frames;
     std::vector<std::string> parts;  ///< Files of `merge`.
-    bool resume = false, incomplete = false;
+    bool resume = false, incomplete = false, mpi = false, send_files = false;
     std::string bounces, repeat, sample, methods, equal_error, rounds, schedule = "auto", time_limit;
     std::string port = "8080", bind = "127.0.0.1";
     std::string color = "auto";
@@ -71,6 +71,9 @@ void add_crop(CLI::App& verb, Arguments& arguments);
 std::vector<Override> overrides_of(const Arguments& arguments);
 /// Reads the scene and applies -D and the options that set a key. Throws InputError.
 SceneDescription scene_of(const Arguments& arguments, const Options& options, SceneUse use = SceneUse::picture);
+/// As scene_of, but with a text that was read before. `path` is that of the scene file.
+SceneDescription scene_of_text(const Arguments& arguments, const Options& options, const std::string& text,
+                               const std::string& path);
 /// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the
 /// scene states a method that needs the orbit plane, the scene is read without this change.
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options);

@@ -10,7 +10,7 @@
 #include "frames/manifest.h"
 #include "frames/video.h"
 #include "parts/identity.h"
-#include "report/run_json.h"
+#include "ranks/gather_frames.h"
 #include "report/text/numbers.h"
 #include "report/warnings.h"
 
@@ -59,12 +59,17 @@ public:
         for (std::uint32_t i = 0; i < range.count(); ++i) select(range.frame(i));
     }
 
-    FramesReport run(double time_limit) {
+    /// Renders and writes the frames, on all ranks if `ranks` is not null.
+    FramesReport run(double time_limit, Communicator* ranks, const Options& options) {
         const AnimationDescription& animation = *plans_.first().description().animation;
         const Tile& window = plans_.first().view.window;
         if (!files_.pictures && !frames_.empty())
             video_.emplace(files_.output, window.x1 - window.x0, window.y1 - window.y0, animation.fps);
-        control_.write = [&](RenderedFrame& frame) { write(frame); };
+        control_.write = [&](RenderedFrame& rendered) {
+            FinishedFrame frame = finish_frame(rendered);
+            write(frame);
+            if (rendered.journal) rendered.journal->remove();
+        };
         control_.in_order = video_.has_value();
         if (arguments_.resume)
             control_.journal_path = [&](std::uint32_t frame) { return files_.pictures->file(frame) + ".journal"; };
@@ -73,7 +78,10 @@ public:
         control_.stop = InterruptGuard::requested();
         control_.time_limit = time_limit;
         control_.in_flight = frames_in_flight(plans_.first());
-        FramesReport report = render_frames(plans_, frames_, control_);
+        if (ranks) share_frames(*ranks, plans_, options, frames_);
+        FramesReport report = ranks ? render_frames_on_ranks(*ranks, plans_, frames_, control_,
+                                                             [&](FinishedFrame& frame) { write(frame); })
+                                    : render_frames(plans_, frames_, control_);
         if (video_ && report.written > 0) video_->finish();
         if (manifest_) manifest_->complete();
         line_.clear();
@@ -92,31 +100,30 @@ private:
     }
 
     /// Writes a finished frame. Called from several threads, unless a film is written.
-    void write(RenderedFrame& frame) {
-        const std::vector<Warning> warnings = warnings_of_picture(frame.plan, frame.report);
+    void write(FinishedFrame& frame) {
         const auto begin = std::chrono::steady_clock::now();
         const std::string file = files_.pictures ? files_.pictures->file(frame.frame) : files_.output;
         if (video_) {
             video_->write(frame.film);
         } else {
-            write_film(frame.film, file, picture_metadata(frame.plan, frame.report));
+            write_film(frame.film, file, frame.metadata);
             for (const LayerInfo* layer : files_.mapped) write_map(frame.film, *layer, map_path(file, *layer));
         }
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-        Json description = manifest_ ? manifest_->add(frame, file, seconds) : frame_json(frame, seconds);
-        if (frame.journal) frame.journal->remove();
+        frame.description["write_s"] = seconds;
+        Json description = manifest_ ? manifest_->add(frame.description, file) : frame.description;
         const std::lock_guard lock(concluding_);
-        if (misses_stated_bound(frame.plan)) misses_bound_ = true;
-        description["warnings"] = warnings_json(warnings);
+        if (frame.misses_bound) misses_bound_ = true;
+        description["warnings"] = warnings_json(frame.warnings);
         descriptions_.push_back(std::move(description));
-        line_.print_message([&] { print_messages(frame, warnings); });
+        line_.print_message([&] { print_messages(frame); });
     }
 
-    void print_messages(const RenderedFrame& frame, const std::vector<Warning>& warnings) {
-        for (const std::string& remark : frame.plan.remarks) messages_.warn(remark, remark, frame.frame);
-        for (const Warning& warning : warnings) messages_.warn(warning.key, warning.text, frame.frame);
-        terminal_.detail("frame " + std::to_string(frame.frame) + ": " + rounded(double(frame.report.rays)) +
-                         " rays in " + rounded(frame.report.seconds) + " s");
+    void print_messages(const FinishedFrame& frame) {
+        for (const std::string& remark : frame.remarks) messages_.warn(remark, remark, frame.frame);
+        for (const Warning& warning : frame.warnings) messages_.warn(warning.key, warning.text, frame.frame);
+        terminal_.detail("frame " + std::to_string(frame.frame) + ": " + rounded(frame.rays) + " rays in " +
+                         rounded(frame.seconds) + " s");
     }
 
     const Arguments& arguments_;
@@ -150,6 +157,10 @@ void check_frame_combination(const Arguments& arguments, const SceneDescription&
         throw InputError(
             "--resume cannot continue a film, because its file is complete only at the end; write the "
             "frames as pictures, -o name-%04d.png, and encode them when all are complete");
+    if (arguments.mpi && is_film)
+        throw InputError(
+            "--mpi writes frames as pictures, because they are finished in any order; state -o name-%04d.png, and "
+            "encode them when all are complete");
     if (arguments.maps && is_film) throw InputError("--maps writes pictures beside pictures; a film has none");
 }
 
@@ -228,7 +239,7 @@ std::unique_ptr<FramePlans> frame_plans_with_progress(const SceneDescription& sc
 }
 
 int render_frames_of(const Arguments& arguments, Options options, const SceneDescription& scene, double time_limit,
-                     const Terminal& terminal) {
+                     const Terminal& terminal, Communicator* ranks) {
     check_frame_combination(arguments, scene);
     const FrameRange range = frame_range(arguments.frames, scene.animation->frames);
     const FrameFiles files = files_of_frames(arguments, options, scene, range);
@@ -237,7 +248,7 @@ int render_frames_of(const Arguments& arguments, Options options, const SceneDes
     const std::unique_ptr<FramePlans> plans = frame_plans_with_progress(scene, options, terminal);
     const InterruptGuard interrupts;
     FrameJob job(arguments, files, range, *plans, options, terminal);
-    const FramesReport report = job.run(time_limit);
+    const FramesReport report = job.run(time_limit, ranks, options);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) {
             out << frames_json(plans->first(), report, job.kept(), job.descriptions());

@@ -3,6 +3,7 @@
 
 #include "cli/terminal.h"
 #include "frames/frame_plans.h"
+#include "ranks/communicator.h"
 
 namespace kagero {
 
@@ -17,8 +18,8 @@ std::unique_ptr<FramePlans> frame_plans_with_progress(const SceneDescription& sc
                                                       const Terminal& terminal);
 
 /// Renders the frames of --frames to pictures or to a film, and returns the exit status. `time_limit` is that of all
-/// frames, in seconds.
+/// frames, in seconds. `ranks` is null without --mpi.
 int render_frames_of(const Arguments& arguments, Options options, const SceneDescription& scene, double time_limit,
-                     const Terminal& terminal);
+                     const Terminal& terminal, Communicator* ranks);
 
 }  // namespace kagero

@@ -3,6 +3,7 @@
 
 #include "cli/terminal.h"
 #include "parts/render_tiles.h"
+#include "ranks/communicator.h"
 
 namespace kagero {
 
@@ -15,16 +16,17 @@ std::optional<PartNumber> part_of(const Arguments& arguments);
 /// Returns the path of the journal of an output; empty without --resume.
 std::string journal_path(const Arguments& arguments, const std::string& output);
 
-/// A render that keeps its tiles: a part of a picture, or a picture with a journal.
+/// A render that keeps its tiles: a part of a picture, a picture with a journal, or one of several ranks.
 struct TileJob {
     std::optional<PartNumber> part;  ///< The value of --part.
     std::optional<Journal> journal;  ///< Open with --resume.
+    Communicator* ranks = nullptr;   ///< The ranks of --mpi; null without it.
     Properties identity;
     TileFileHeader header;
     TileResults results;
 
-    /// Returns true if one of --part and --resume is given.
-    bool is_used() const { return part || journal; }
+    /// Returns true if one of --part, --resume and --mpi is given.
+    bool is_used() const { return part || journal || ranks; }
     /// Returns, for example, "3 of 12 tiles".
     std::string count_text() const;
 };

@@ -96,12 +96,11 @@ bool Manifest::has_complete(std::uint32_t frame, const std::string& file) const 
     return found->second.value("content", "") == content_of_file(file);
 }
 
-Json Manifest::add(const RenderedFrame& frame, const std::string& file, double write_seconds) {
-    Json json = frame_json(frame, write_seconds);
+Json Manifest::add(Json json, const std::string& file) {
     json["file"] = name_in_folder(file);
     json["content"] = content_of_file(file);
     const std::lock_guard lock(adding_);
-    frames_[frame.frame] = json;
+    frames_[json["frame"]] = json;
     is_written_ = false;
     if (std::chrono::steady_clock::now() >= next_write_) write();
     return json;
@@ -131,7 +130,7 @@ void Manifest::write() {
     next_write_ = now + pause * (now - begin);
 }
 
-Json frame_json(const RenderedFrame& frame, double write_seconds) {
+Json frame_json(const RenderedFrame& frame) {
     Json json;
     json["frame"] = frame.frame;
     json["values"] = Json::object();
@@ -143,7 +142,7 @@ Json frame_json(const RenderedFrame& frame, double write_seconds) {
     json["precision"] = name_of(frame.plan.run.kernel->precision);
     json["seconds"] = frame.report.seconds;
     json["load_s"] = frame.plan.load_seconds;
-    json["write_s"] = write_seconds;
+    json["write_s"] = nullptr;
     json.update(counts_json(frame.report));
     json.erase("interrupted");
     return json;

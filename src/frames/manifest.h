@@ -20,9 +20,10 @@ public:
 
     /// Returns true if the manifest contains the frame, and its file has the size and checksum of the manifest.
     bool has_complete(std::uint32_t frame, const std::string& file) const;
-    /// Adds a frame whose file is complete, and writes the manifest, unless writing it has become slow and the last
-    /// time was recent. May be called from several threads. Returns the description of the frame.
-    Json add(const RenderedFrame& frame, const std::string& file, double write_seconds);
+    /// Adds the description of a frame whose file is complete, and writes the manifest, unless writing it has become
+    /// slow and the last time was recent. May be called from several threads. Returns the description with the keys of
+    /// the file.
+    Json add(Json description, const std::string& file);
     /// Writes the frames that have been added since the manifest was written.
     void complete();
 
@@ -39,8 +40,9 @@ private:
     std::chrono::steady_clock::time_point next_write_{};  ///< Earliest time to write the manifest again.
 };
 
-/// Returns the description of a frame: its number, the values that were set, and the counts and times of its run.
-Json frame_json(const RenderedFrame& frame, double write_seconds);
+/// Returns the description of a frame: its number, the values that were set, and the counts and times of its run. The
+/// key write_s is null until the frame is written.
+Json frame_json(const RenderedFrame& frame);
 
 /// Returns the JSON of `render` with --frames: the settings of frame 0, the totals, and the description of each frame.
 /// `kept` is the number of frames that an earlier run has rendered.

@@ -10,6 +10,7 @@
 #include <istream>
 #include <new>
 #include <ostream>
+#include <sstream>
 
 namespace kagero {
 namespace {
@@ -310,6 +311,13 @@ std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const
     for_each_row(header, tile, film,
                  [&](const float* first, std::size_t count) { content.put_raw(first, count * sizeof(float)); });
     return finish_record(std::move(content));
+}
+
+bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) {
+    std::istringstream in(record);
+    const Record read = read_record(in);
+    return read.state == TileFileEnd::complete && read.kind == RecordKind::tile && bytes_left(in) == 0 &&
+           add_tile(header, read.content, film, results);
 }
 
 void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results) {

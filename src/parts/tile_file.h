@@ -83,6 +83,10 @@ std::string encode_header(const TileFileHeader& header);
 /// Returns the record of a tile whose pixels are in the film.
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film);
 
+/// Adds the tile of a record that encode_tile returned to film and results. Returns false, and changes nothing, if the
+/// bytes are not such a record of a new tile of the part.
+bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results);
+
 /// Writes a part with the tiles of `results`, as write_file does. If some tiles of the part are missing, the file has
 /// no record `end`.
 void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results);

@@ -13,15 +13,15 @@ class TileResults {
 public:
     /// Returns false, and changes nothing, if there already is a report of the tile.
     bool add(std::uint64_t index, TileReport report);
-    bool has(std::uint64_t index) const { return reports_.contains(index); }
-    std::uint64_t count() const { return reports_.size(); }
+    bool has(std::uint64_t index) const;
+    std::uint64_t count() const;
     /// Returns the sums over all tiles.
     RunTotals totals() const;
     const std::map<std::uint64_t, TileReport>& reports() const { return reports_; }
 
 private:
     std::map<std::uint64_t, TileReport> reports_;
-    std::mutex adding_;
+    mutable std::mutex adding_;
 };
 
 }  // namespace kagero

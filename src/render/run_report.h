@@ -13,6 +13,8 @@
 #include <bit>
 #include <functional>
 #include <limits>
+#include <shared_mutex>
+#include <string>
 
 namespace kagero {
 
@@ -21,6 +23,15 @@ struct ThreadTime {
     double busy = 0;          ///< Time for processing tiles.
     double finished = 0;      ///< Time when the thread finished its last tile, since the run began.
     std::uint64_t tiles = 0;  ///< Number of tiles that the thread finished.
+};
+
+/// The work of one process of a run with --mpi.
+struct RankTime {
+    std::string host;              ///< Name of its machine.
+    std::uint32_t threads = 0;
+    std::uint64_t tiles = 0;       ///< Number of tiles that it finished.
+    double seconds = 0;            ///< Time from the begin of its run to the end of its last tile.
+    double busy = 0;               ///< Sum over its threads of the time for processing tiles.
 };
 
 /// The numbers of surfaces that have sent the rays of a run on.
@@ -60,6 +71,7 @@ struct RunReport {
     double predict_seconds = 0;  ///< Time before tracing: division into tiles and prediction of their costs.
     Schedule schedule = Schedule::tiles;
     std::vector<ThreadTime> threads;
+    std::vector<RankTime> ranks;  ///< One for each rank; empty without --mpi.
     Counters counters{};
     PathLengths path_lengths;
     std::vector<GenerationCount> generations;             ///< Empty if no ray can continue at a surface.
@@ -113,6 +125,9 @@ struct RunControl {
     std::atomic<bool>* snapshot_requested = nullptr;
     /// Receives a copy of the film while the other threads continue; null if there was not enough memory for the copy.
     std::function<void(const Film*)> snapshot = {};
+    /// Locked exclusively while the film is copied for a snapshot. Writers of the film outside the run lock it shared.
+    /// May be null if there are none.
+    std::shared_mutex* film_mutex = nullptr;
     /// Selects the tiles of a picture that are rendered. Empty: all tiles are rendered.
     std::function<bool(const Tile&)> selects_tile = {};
     TileFinished tile_finished = {};  ///< May be empty. If it throws, the run ends with this exception.

@@ -14,7 +14,8 @@ namespace kagero {
 /// the film; the other threads cannot write pixels during the copy.
 class Snapshots {
 public:
-    Snapshots(const RunControl& control, const Film& film) : control_(control), film_(film) {}
+    Snapshots(const RunControl& control, const Film& film)
+        : control_(control), film_(film), film_mutex_(control.film_mutex ? *control.film_mutex : own_mutex_) {}
 
     /// Calls `write_pixels` while no thread copies the film.
     template <class Write>
@@ -42,7 +43,8 @@ private:
     }
     const RunControl& control_;
     const Film& film_;
-    std::shared_mutex film_mutex_;  ///< Shared by the threads that write pixels; exclusive for the copy.
+    std::shared_mutex own_mutex_;   ///< Used if the caller supplies none.
+    std::shared_mutex& film_mutex_; ///< Shared by the threads that write pixels; exclusive for the copy.
     std::mutex delivery_mutex_;     ///< Held while the callback runs, so that it runs on one thread at a time.
 };
 

@@ -57,6 +57,17 @@ void add_bounces(Json& json, const RunReport& report) {
              {"ns_per_ray", ratio(static_cast<double>(generation.nanoseconds), static_cast<double>(generation.rays))}});
 }
 
+Json ranks_json(const RunReport& report) {
+    Json ranks = Json::array();
+    for (const RankTime& rank : report.ranks)
+        ranks.push_back({{"host", rank.host},
+                         {"threads", rank.threads},
+                         {"tiles", rank.tiles},
+                         {"seconds", rank.seconds},
+                         {"busy_s", rank.busy}});
+    return ranks;
+}
+
 double nanoseconds_per_ray(const RunReport& run) { return ratio(1e9 * run.seconds, static_cast<double>(run.rays)); }
 
 Json timing_json(const std::vector<RunReport>& runs) {
@@ -146,6 +157,7 @@ std::string render_json(const Plan& plan, const RunReport& report, const Film* f
     json["schedule"] = name_of(report.schedule);
     json["predict_s"] = report.predict_seconds;
     json["thread_times"] = threads_json(report);
+    if (!report.ranks.empty()) json["ranks"] = ranks_json(report);
     json["warnings"] = warnings_json(warnings);
     json["remarks"] = plan.remarks;
     return text_of(json);

@@ -4,6 +4,8 @@
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/paths.h"
+#include "cli/ranks/run_on_ranks.h"
+#include "cli/ranks/work_for_root.h"
 #include "cli/resolve.h"
 #include "cli/tile_job.h"
 #include "cli/verb.h"
@@ -12,6 +14,9 @@
 #include "film/write_film.h"
 #include "frames/sub_frames.h"
 #include "plan/names.h"
+#include "ranks/gather_tiles.h"
+#include "ranks/shared_scene.h"
+#include "ranks/shared_tiles.h"
 #include "rays/camera.h"
 #include "report/run_json.h"
 #include "report/text/numbers.h"
@@ -47,6 +52,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_flag(app, "--maps", arguments.maps,
              "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
     add_tile_options(app, arguments);
+    add_rank_options(app, arguments);
     add_frame_options(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);
@@ -101,8 +107,10 @@ RunReport render_with_progress(const Plan& plan, Film& film, TileJob& job, Frame
         line.print_message([&] { terminal.warning("not enough memory for a snapshot; rendering continues"); });
     };
     if (sub_frames) return render_sub_frames(*sub_frames, plan, 0, film, control);
+    Journal* const journal = job.journal ? &*job.journal : nullptr;
+    if (job.ranks) return render_on_ranks(*job.ranks, plan, job.header, film, job.results, journal, control);
     if (!job.is_used()) return render_with_errors(plan, film, control);
-    return render_tiles(plan, job.header, film, job.results, job.journal ? &*job.journal : nullptr, control);
+    return render_tiles(plan, job.header, film, job.results, journal, control);
 }
 
 void write_maps(const Film& film, const std::vector<const LayerInfo*>& mapped, const std::string& output,
@@ -143,6 +151,7 @@ void print_result(const RunReport& report, const TileJob& job, const std::string
 
 /// Throws InputError for options that cannot be combined with --pixel, or that need it.
 void check_combination(const Arguments& arguments) {
+    check_rank_combination(arguments);
     if (arguments.pixel.empty() && !arguments.columns.empty())
         throw InputError("--columns has an effect only on the path of --pixel; add --pixel X,Y, or request the layers "
                          "action and time by --layers");
@@ -208,28 +217,31 @@ double write_result(TileJob& job, const Plan& plan, const Film& film, const RunR
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// Returns the plans of the sub-frames if frame 0 consists of several; otherwise null. Throws InputError for --part and
-/// --resume, which need tiles that are finished one after another.
+/// Returns the plans of the sub-frames if frame 0 consists of several; otherwise null. Throws InputError for --part,
+/// --resume and --mpi, which need tiles that are finished one after another.
 std::unique_ptr<FramePlans> sub_frames_of(const Arguments& arguments, const Options& options,
                                           const SceneDescription& scene, const Terminal& terminal) {
     if (!has_sub_frames(scene)) return nullptr;
-    if (!arguments.part.empty() || arguments.resume)
-        throw InputError(std::string(arguments.resume ? "--resume" : "--part") +
+    if (!arguments.part.empty() || arguments.resume || arguments.mpi)
+        throw InputError(std::string(arguments.mpi ? "--mpi" : arguments.resume ? "--resume" : "--part") +
                          " cannot be combined with "
                          "camera.shutter > 0, because all tiles are finished at the same time; render whole frames, or "
                          "state -D camera.shutter=0");
     return frame_plans_with_progress(scene, options, terminal);
 }
 
-int render_picture(const Arguments& arguments, Options options, SceneDescription scene, const Terminal& terminal) {
+int render_picture(const Arguments& arguments, Options options, SceneDescription scene, const Terminal& terminal,
+                   Communicator* ranks) {
     TileJob job;
+    job.ranks = ranks;
     job.part = part_of(arguments);
     const std::string output = output_of(arguments, job.part);
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     const double time_limit = time_limit_of(arguments);
     check_files(arguments, options, scene, mapped, output);
     // The JSON and the attributes of an .exr file contain the error of H.
-    options.energy_error = job.part || arguments.resume || !arguments.json.empty() || stores_all_layers(output);
+    options.energy_error = job.part || ranks || arguments.resume || !arguments.json.empty() ||
+                           stores_all_layers(output);
     if (arguments.resume) job.journal.emplace(journal_path(arguments, output));
     auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (!job.part) prepare_to_write(output);
@@ -241,6 +253,7 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     print_plan(plan, terminal);
     Film film = film_of(plan);
     begin_tiles(job, plan, film, terminal);
+    if (ranks) share_tiles(*ranks, job.header, job.results);
     writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
     const RunReport report = render_with_progress(plan, film, job, sub_frames.get(), output, time_limit, terminal);
     const double write_seconds = write_result(job, plan, film, report, output);
@@ -248,17 +261,21 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     return conclude(plan, report, job, &film, write_seconds, output, arguments.json, terminal);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+/// Runs the verb. `ranks` is null without --mpi.
+int render(const Arguments& arguments, const Terminal& terminal, Communicator* ranks) {
     check_combination(arguments);
     const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
     Options options = options_of(arguments);
     request_columns(arguments, options);
+    if (ranks) set_up_rank(*ranks, options, terminal);
+    if (ranks && ranks->rank() > 0) return work_for_root(arguments, options, time_limit_of(arguments), *ranks);
     SceneDescription scene = scene_of(arguments, options);
+    if (ranks) share_scene(*ranks, scene, arguments.send_files);
     check_crop(arguments, options, scene.film);
     if (!arguments.frames.empty())
-        return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal);
+        return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal, ranks);
     check_picture_output(arguments);
-    if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal);
+    if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal, ranks);
     // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
     // invisible in a picture.
     if (!options.precision) options.precision = Precision::float64;
@@ -266,6 +283,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const InterruptGuard interrupts;
     print_plan(plan, terminal);
     return write_pixel_path(plan, arguments.pixel, terminal);
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    if (!arguments.mpi) return render(arguments, terminal, nullptr);
+    return run_on_ranks(arguments, terminal,
+                        [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
+                            return render(of_rank, terminal_of_rank, &ranks);
+                        });
 }
 
 }  // namespace

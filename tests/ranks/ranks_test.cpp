@@ -1,0 +1,205 @@
+// Tests of the exchange between ranks: results, failures, lost ranks and agreements. The ranks are threads.
+#include "ranks/agreement.h"
+#include "ranks/gather_tiles.h"
+#include "ranks/joint_work.h"
+#include "ranks/shared_scene.h"
+#include "ranks/shared_tiles.h"
+#include "scene/load/load.h"
+#include "tests/support/local_ranks.h"
+#include "tests/support/part_fixture.h"
+
+namespace kagero::test {
+namespace {
+
+/// Returns the message of the exception in flight.
+std::string message_in_flight() {
+    try {
+        throw;
+    } catch (const AgreedFailure& failure) {
+        return "agreed: " + failure.failure().message;
+    } catch (const LostRank& error) {
+        return std::string("lost: ") + error.what();
+    } catch (const std::exception& error) {
+        return error.what();
+    }
+}
+
+std::vector<std::string> run_on(int count, const std::function<void(Communicator&)>& work) {
+    return run_ranks(count, work, message_in_flight);
+}
+
+constexpr LinkTimes quick{1e-4, 0.02, 0.5};
+
+class Ranks : public PartTest {
+protected:
+    static Plan plan(const Options& options) {
+        const std::string scene = std::string(KAGERO_SCENES) + "/hole.toml";
+        const Overrides overrides{{"film.size=[160, 100]"}, {"film.layers=[\"color\", \"steps\"]"}};
+        return resolve(load_scene(scene, overrides, catalogue("auto")), options);
+    }
+};
+
+// The bytes of one uninterrupted render are the reference.
+TEST_F(Ranks, GiveTheSamePictureForAnyNumber) {
+    Options options;
+    options.threads = 1;
+    options.energy_error = true;
+    const Plan whole = plan(options);
+    const std::string expected = render_at_once(whole);
+    for (const int count : {1, 2, 5, 31}) {
+        const auto failures = run_on(count, [&](Communicator& ranks) {
+            Film film = film_of(whole);
+            const TileFileHeader header = header_of(whole, film, identity_of(whole, options), {});
+            TileResults results;
+            const RunReport report = render_on_ranks(ranks, whole, header, film, results, nullptr, {}, quick);
+            if (ranks.rank() > 0) return;
+            EXPECT_EQ(report.ranks.size(), static_cast<std::size_t>(count));
+            EXPECT_FALSE(report.interrupted);
+            write_film(film, path_of("ranks.exr"), picture_metadata(whole, report));
+        });
+        EXPECT_EQ(failures, std::vector<std::string>(static_cast<std::size_t>(count)));
+        EXPECT_TRUE(read("ranks.exr") == expected) << count << " ranks";
+    }
+}
+
+// A rank that never answers is lost. Rank 0 keeps its own tiles in the journal.
+TEST_F(Ranks, KeepTheJournalIfOneIsLost) {
+    Options options;
+    options.threads = 1;
+    const Plan whole = plan(options);
+    const auto failures = run_on(2, [&](Communicator& ranks) {
+        if (ranks.rank() > 0) return;
+        Film film = film_of(whole);
+        const TileFileHeader header = header_of(whole, film, identity_of(whole, options), {});
+        TileResults results;
+        Journal journal(path_of("journal"));
+        journal.begin(header);
+        render_on_ranks(ranks, whole, header, film, results, &journal, {}, quick);
+    });
+    EXPECT_EQ(failures[0].find("lost: rank 1 is lost"), 0u) << failures[0];
+    Journal journal(path_of("journal"));
+    ASSERT_TRUE(journal.header());
+    Film film = journal.header()->film();
+    TileResults results;
+    EXPECT_EQ(journal.read(film, results), 0u);
+    EXPECT_EQ(results.count(), (journal.header()->grid.count() + 1) / 2);
+}
+
+TEST_F(Ranks, EndIfOneFails) {
+    const auto failures = run_on(3, [&](Communicator& ranks) {
+        JointWork work(ranks, nullptr, quick);
+        work.run([&]() -> std::string {
+            if (ranks.rank() == 2) throw RunError("no memory here");
+            while (!*work.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            return "";
+        });
+    });
+    EXPECT_EQ(failures[0], "rank 2 on host host-2: no memory here");
+    EXPECT_EQ(failures[1], "");
+    EXPECT_EQ(failures[2], "no memory here");
+}
+
+TEST_F(Ranks, EndIfResultsCannotBeKept) {
+    const auto failures = run_on(3, [&](Communicator& ranks) {
+        JointWork work(ranks, nullptr, quick);
+        work.receive_result = [](const RankMessage&) { throw RunError("the disk is full"); };
+        work.run([&]() -> std::string {
+            if (ranks.rank() == 1) work.post_result("a result");
+            while (!*work.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            return "";
+        });
+    });
+    EXPECT_EQ(failures, (std::vector<std::string>{"the disk is full", "", ""}));
+}
+
+// Each rank can be the one that receives the signal.
+TEST_F(Ranks, StopIfOneIsStopped) {
+    for (int stopped = 0; stopped < 3; ++stopped) {
+        std::atomic<bool> stop = false;
+        const auto failures = run_on(3, [&](Communicator& ranks) {
+            JointWork work(ranks, ranks.rank() == stopped ? &stop : nullptr, quick);
+            const std::vector<std::string> ends = work.run([&] {
+                if (ranks.rank() == stopped) stop = true;
+                while (!*work.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+                return "end of " + std::to_string(ranks.rank());
+            });
+            if (ranks.rank() == 0) {
+                EXPECT_EQ(ends, (std::vector<std::string>{"end of 0", "end of 1", "end of 2"}));
+            }
+        });
+        EXPECT_EQ(failures, std::vector<std::string>(3));
+    }
+}
+
+TEST_F(Ranks, AgreeOnTheFirstFailure) {
+    const auto failures = run_on(4, [&](Communicator& ranks) {
+        agree(ranks);
+        const RankFailure failure{RankFailure::Kind::wrong_input, "reason " + std::to_string(ranks.rank())};
+        agree(ranks, ranks.rank() >= 2 ? failure : RankFailure{});
+    });
+    EXPECT_EQ(failures, std::vector<std::string>(4, "agreed: rank 2 on host host-2: reason 2"));
+}
+
+TEST_F(Ranks, UseTheBestCommonInstructionSet) {
+    const auto failures = run_on(3, [&](Communicator& ranks) {
+        const RankSetup setup = agree_on_setup(ranks, ranks.rank() == 1 ? "sse2" : "auto", 3);
+        EXPECT_EQ(setup.isa, "sse2");
+        EXPECT_EQ(setup.threads, 3u);
+        const bool same = find_isa_names("all").front() == "sse2";
+        EXPECT_EQ(setup.remark.find("different instruction sets") != std::string::npos, !same) << setup.remark;
+    });
+    // Without a module for SSE2, the ranks have no instruction set in common.
+    if (const auto isas = find_isa_names("all"); std::find(isas.begin(), isas.end(), "sse2") != isas.end()) {
+        EXPECT_EQ(failures, std::vector<std::string>(3));
+    } else {
+        for (const std::string& failure : failures) EXPECT_NE(failure.find("in common"), std::string::npos) << failure;
+    }
+}
+
+TEST_F(Ranks, RefuseAnotherInput) {
+    Options options;
+    options.threads = 1;
+    const Plan whole = plan(options);
+    const auto failures = run_on(2, [&](Communicator& ranks) {
+        Properties identity = identity_of(whole, options);
+        const Film film = film_of(whole);
+        if (ranks.rank() == 0) return share_tiles(ranks, header_of(whole, film, identity, {}), {});
+        identity.emplace_back("the content of the texture of sky", "5 bytes");
+        try {
+            receive_tiles(ranks, identity);
+            ADD_FAILURE() << "another identity was accepted";
+        } catch (...) {
+            agree(ranks, failure_in_flight());
+        }
+    });
+    for (const std::string& failure : failures)
+        EXPECT_NE(failure.find("the content of the texture of sky is stated in this rank, but not in rank 0"),
+                  std::string::npos)
+            << failure;
+}
+
+// The files of rank 1 are copies in another folder, with the same content, below which the scene finds them.
+TEST_F(Ranks, ReceiveFiles) {
+    std::filesystem::create_directories(directory_ / "textures");
+    write("textures/sky.jpg", text_of(std::string(KAGERO_SCENES) + "/textures/milkyway.jpg"));
+    write("scene.toml",
+          "[space]\nhamiltonian = \"flat\"\n[camera]\nposition = [0, 0, 0]\nlook_at = [1, 0, 0]\nup = [0, 0, 1]\n"
+          "[film]\nsize = [8, 8]\n[sky]\ntexture = \"textures/sky.jpg\"\n");
+    std::string copy;
+    const auto failures = run_on(2, [&](Communicator& ranks) {
+        if (ranks.rank() == 0)
+            return share_scene(ranks, load_scene(path_of("scene.toml"), {}, catalogue("auto")), true);
+        const ReceivedScene received(ranks);
+        const SceneDescription scene = load_scene_text(received.text(), received.path(), {}, catalogue("auto"));
+        received.check_paths(scene);
+        copy = scene.sky.paint.texture;
+        EXPECT_NE(copy, path_of("textures/sky.jpg"));
+        EXPECT_TRUE(text_of(copy) == read("textures/sky.jpg"));
+    });
+    EXPECT_EQ(failures, std::vector<std::string>(2));
+    EXPECT_FALSE(copy.empty());
+    EXPECT_FALSE(std::filesystem::exists(copy)) << "the copy was not removed";
+}
+
+}  // namespace
+}  // namespace kagero::test

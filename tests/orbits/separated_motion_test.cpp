@@ -32,7 +32,7 @@ std::vector<RayInput> rays_from_everywhere(double spin, double least_radius) {
     std::vector<RayInput> rays;
     for (const double r : {least_radius, 4.0, 15.0})
         for (const double theta : {0.0, 0.7, 1.5707963267948966, 3.0})
-            for (const Double3& d : even_directions(30)) rays.push_back({position_at(spin, r, theta, 0.4 + r), d});
+            for (const Double3& d : even_directions(20)) rays.push_back({position_at(spin, r, theta, 0.4 + r), d});
     return rays;
 }
 
@@ -59,10 +59,10 @@ void expect_reference_ends(const Plan& plan, const std::vector<RayStart>& starts
 class SeparatedMotion : public testing::TestWithParam<const char*> {};
 
 TEST_P(SeparatedMotion, RaysEndWhereTheReferenceEnds) {
-    for (const double spin : {0.0, 0.3, -0.7, 0.9, 0.998, 1.0}) {
+    for (const double spin : {0.0, 0.3, -0.7, 0.998, 1.0}) {
         SCOPED_TRACE(spin);
         const auto plan = plan_around_hole(spin, fine, "", GetParam());
-        expect_reference_ends(*plan, start_rays(*plan, rays_from_everywhere(spin, 2.2)), 5e-11, 200);
+        expect_reference_ends(*plan, start_rays(*plan, rays_from_everywhere(spin, 2.2)), 5e-11, 130);
     }
 }
 
@@ -126,7 +126,7 @@ TEST(SeparatedMotionStates, MatchTheGeneralPath) {
             EXPECT_LT(ends[i].energy_error, 1e-10);
             ++compared;
         }
-        EXPECT_GT(compared, 150);
+        EXPECT_GT(compared, 100);
     }
 }
 

@@ -107,7 +107,10 @@ private:
         double past_closest;  ///< greatest angle beyond the closest approach, in radians
         double horizon;       ///< greatest relative change of D close to the horizon
     };
-    static constexpr StepLimits limits_in_space{0.6, 1.5, 0.6, 0.5};
+    /// Limits of a step whose ends are converted to position and momentum. Over a longer step, the dense output would
+    /// miss too many edges of surfaces.
+    static constexpr StepLimits limits_in_space{0.45, 0.8, 0.45, 0.5};
+    /// Limits of a step of w alone.
     static constexpr StepLimits limits_in_plane{0.8, 4, 4, 0.5};
     static constexpr int max_corrections = 20;
     static constexpr double max_direction_steps = 1e5;

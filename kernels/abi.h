@@ -58,7 +58,7 @@ struct HamiltonianInfo {
     bool discontinuous = false, bounds_steps = false;  ///< Declares a switching function; declares max_step_length.
     bool has_second_sheet = false;  ///< A throat leads to a second sheet, with a separate sky.
     bool cyclic[3] = {};            ///< For x, y, z: true if the integrated Hamiltonian does not depend on it.
-    const char* orbit_method = nullptr;  ///< Default integrator in the orbit plane; null: there is no orbit plane.
+    const char* orbit_method = nullptr;  ///< Default integrator with angular steps; null: there is none.
     double orbit_step = 0;               ///< Default step of that integrator, in radians.
 };
 
@@ -71,7 +71,7 @@ struct IntegratorInfo {
     std::uint32_t order;
     bool symplectic = false, symmetric = false, implicit = false, adaptive = false;
     const char* what;             ///< Description and source in one line.
-    bool angular = false;         ///< Steps are angles in the orbit plane (radians), not lengths in λ or τ.
+    bool angular = false, separated = false;  ///< Steps are angles (radians); so are those of the separated motion.
     bool drift_kick = false;      ///< Alternates drifts and kicks, so cyclic coordinates need one update per step.
     bool is_collocation = false;  ///< Implicit for every H; other implicit methods are explicit for |p|²/2 + V(q).
     bool representative = false;  ///< Represents its family where only a few methods are measured or shown.

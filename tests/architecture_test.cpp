@@ -139,15 +139,13 @@ TEST(Program, HasNoCycles) {
     EXPECT_EQ(cycle_in(folder_graph(units)), "");
 }
 
-// Some files have no header of the same name: verbs, the image module and the web module are called through tables, and
-// Some files have no header of the same name: verbs and the modules for images and MPI are called through tables, and
-// main.cpp and module.cpp only contain the entry points.
+// Some files have no header of the same name: verbs and the modules for images, MPI and the web are called through
+// tables. The files main.cpp and module.cpp only contain the entry points.
 TEST(Program, ImplementsHeadersInFilesOfTheirNames) {
     for (const Source& source : sources_below("src")) {
         if (!source.path.ends_with(".cpp") || starts_with(source.path, "src/cli/verbs/") ||
             source.path == "src/cli/main.cpp" || source.path == "src/python/module.cpp" ||
-            starts_with(source.path, "src/film/openimageio/") || starts_with(source.path, "src/view/http/"))
-            starts_with(source.path, "src/film/openimageio/") ||
+            starts_with(source.path, "src/film/openimageio/") || starts_with(source.path, "src/view/http/") ||
             starts_with(source.path, "src/ranks/mpi/"))
             continue;
         ASSERT_FALSE(source.includes.empty()) << source.path;

@@ -218,6 +218,51 @@ def orbits(program, _):
     return claims
 
 
+# A hole in front of the sky, without objects.
+HOLE_AND_SKY = '''space = {{ {} }}
+[integrator]
+escape_radius = 100
+[camera]
+position = [0, -30, 4.5]
+look_at = [0, 0, -0.4]
+up = [0, 0, 1]
+fov = 38
+[film]
+size = [960, 640]
+[sky]
+checker = true
+'''
+
+
+def spin(program, _):
+    """Time with a hole of spin 0.95 divided by the time with a hole of the same mass without spin. Nothing but the sky
+    is seen, and both use the method, step and precision that the trial chooses for an error of 0.05 pixel."""
+    scenes = {}
+    for name, space in (("spinning", 'hamiltonian = "kerr", spin = 0.95'), ("resting", 'hamiltonian = "schwarzschild", '
+                                                                            "rg = 2")):
+        scenes[name] = program.directory / f"sky-{name}.toml"
+        scenes[name].write_text(HOLE_AND_SKY.format(space))
+    def picture(name):
+        return program.render(scenes[name], "--threads", 1)[0]["seconds"]
+    pictures = program.ratio(lambda: picture("spinning"), lambda: picture("resting"))
+    path = program.directory / "camera-rays.csv"
+    rays.camera_rays(path)
+    def choice(name):
+        plan = program.json("explain", scenes[name])
+        method, step = re.search(r"integration by (\S+), step (\S+)", "\n".join(plan["used"])).groups()
+        return "--integrator", method, "--step", step, "--precision", plan["precision"]
+    choices = {name: choice(name) for name in scenes}
+    def trace(name):
+        report = program.json("trace", scenes[name], "--rays", path, "--threads", 1, "--repeat", 21, "-o",
+                              program.directory / "ends.csv", *choices[name])
+        return report["ns_per_ray"]["median"]
+    traced = program.ratio(lambda: trace("spinning"), lambda: trace("resting"))
+    return [Claim("spin-picture", "picture of the sky around a hole of spin 0.95 ÷ the same without spin, 1 thread", [],
+                  [4], [pictures.median], str(pictures), False),
+            Claim("spin-rays", "the rays of such a picture, tracing alone, spin 0.95 ÷ without spin, 1 thread", [], [4],
+                  [traced.median], f"{traced}; {choices['spinning'][1]}, step {choices['spinning'][3]}", False)]
+
+
 def whole_steps(program, _):
     """Time of steps without a scene (bench/kernels/steps.h): with derivatives from the tape divided by hand-written
     ones, and in a picture divided by the step alone."""
@@ -407,6 +452,6 @@ def shading(program, _):
                   f"{times['wormhole']:.0f} ns", False, "{:.0f}")]
 
 
-ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, whole_steps, shuffled, frames,
+ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, spin, whole_steps, shuffled, frames,
        straight, formulas, bounces,
        shading)

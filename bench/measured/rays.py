@@ -44,6 +44,13 @@ def room_rays(path, shuffled, side=192):
     return write_rays(path, rays)
 
 
+def camera_rays(path, side=192):
+    """Writes side² rays from 30 lengths in front of the origin through a square window of 38 degrees, row by row."""
+    slope = math.tan(math.radians(19))
+    points = [(2 * k + 1) / side - 1 for k in range(side)]
+    return write_rays(path, [[0, -30, 4.5, slope * x, 1, -0.163 - slope * y] for y in points for x in points])
+
+
 def directions(program, scene, rays, *arguments):
     """Returns (status, unit direction at the end) of each ray."""
     rows = csv.DictReader(io.StringIO(program.text("trace", scene, "--rays", rays, "--threads", 1, *arguments)))

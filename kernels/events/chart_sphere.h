@@ -84,13 +84,15 @@ struct ChartSphere {
 };
 
 /// Returns the lanes of `active` whose ray is inside the sphere and outside the horizon, but not in the chart in which
-/// it is regular. A ray that moves outward in outgoing coordinates counts only if Job::changes_chart_at_turns is set.
+/// it is regular, or outside the sphere in ingoing coordinates. A ray that moves outward in outgoing coordinates counts
+/// only if Job::changes_chart_at_turns is set.
 template <class V>
 std::uint64_t lanes_in_wrong_chart(const Task<V>& task, const Step<V>& step, std::uint64_t active) {
     const RayState<V>& start = step.start;
     const Vec3<V> q = start.q();
-    std::uint64_t wrong = active & to_bits(dot(q, q) < ChartSphere::squared_radius(task));
-    for (const int i : lanes_in(wrong)) {
+    const std::uint64_t inside = active & to_bits(dot(q, q) < ChartSphere::squared_radius(task));
+    std::uint64_t wrong = inside | (active & step.ingoing);
+    for (const int i : lanes_in(inside)) {
         const Hole& hole = hole_of(task.job, i);
         const charts::State state = chart_state(start, i);
         const double a2 = hole.spin * hole.spin, r = charts::radius(hole, state.q),

@@ -39,9 +39,14 @@
 ///   orbit_delay(k, u)         with orbit_potential: L dλ/dφ − r²; default: 0.
 ///   radial_momentum(k, u, v, L, pt)
 ///                             with orbit_potential: p·x/r, from v = −L du/dφ; default: v.
-///   orbit_method, orbit_step  with orbit_potential: default integrator and step (radians) instead of method and step.
+///   orbit_method, orbit_step  with orbit_potential or separated_hole: default integrator and step (radians) instead of
+///                             method and step.
 ///   throat_radius(k)          radius of the sphere at the throat of a wormhole. The points inside the sphere represent
 ///                             the second sheet; inversion at the sphere exchanges the sheets.
+///   separated_hole(k)         mass GM/c² and spin a of the hole around which the motion of null rays separates in Mino
+///                             time, as in Kerr–Schild coordinates of the Kerr spacetime. Also needed are radius(k, q)
+///                             and radial_polynomial_bound(A, B, C, p_t², r₊/r), positive only if the radial potential
+///                             is positive down to the horizon (kerr.h).
 ///   hole(k)                   mass GM/c² and spin a = J/(Mc) of the black hole at the origin, both lengths.
 ///   radius(k, q), time_offset_gradient(k, r), infall(k, r)
 ///                             functions for observers near a black hole; schwarzschild.h defines their meaning.
@@ -62,6 +67,12 @@ namespace kagero::hamiltonians {
 
 /// Limit of a parameter that has no minimum (with a minus sign) or no maximum.
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+/// The mass GM/c² and the spin a = J/(Mc) of a black hole, both lengths.
+template <class V>
+struct MassAndSpin {
+    V mass, spin;
+};
 
 /// Base class of media with the refractive index N(q): H = ½(|p|² − N²), H0 = 0. Then dq/dλ = p, and the arc length is
 /// ds = N dλ (Born & Wolf, §3.2; Satoh 2003, eq. 5, uses the arc length).

@@ -119,6 +119,11 @@ struct Kerr {
         const V A = l * l + carter - a2 * pt2, B = k.mass * inverse * (l_plus_a_pt * l_plus_a_pt + carter),
                 C = a2 * carter;
         const V horizon = k.mass * (1.0 + sqrt(max(1.0 - k.spin * k.spin, V(0.0)))) * inverse;
+        return radial_polynomial_bound(A, B, C, pt2, horizon);
+    }
+    /// Returns the bound for the polynomial p_t² ρ⁴ − A ρ² + 2 B ρ − C, where `horizon` is r₊ in units of r at q.
+    template <class V>
+    static constexpr V radial_polynomial_bound(const V& A, const V& B, const V& C, const V& pt2, const V& horizon) {
         const V convex_from = min(max(horizon, sqrt(max(A, V(0.0)) / (6.0 * pt2 + tiny))), V(1.0));
         const auto slope = [&](const V& rho) { return 4.0 * pt2 * (rho * rho * rho) - 2.0 * A * rho + 2.0 * B; };
         // Returns the value at convex_from of the tangent at rho: the least value of the tangent if its slope is ≥ 0.
@@ -160,6 +165,14 @@ struct Kerr {
         const V a = k.spin * k.mass, sqrt_2mr = sqrt(2.0 * k.mass * r);
         return sqrt_2mr / (sqrt_2mr + sqrt(r * r + a * a));
     }
+
+    /// The motion separates in Mino time (Carter 1968; kernels/orbits/separated_motion.h).
+    template <class V>
+    static constexpr MassAndSpin<V> separated_hole(const Parameters<V>& k) {
+        return {k.mass, k.mass * k.spin};
+    }
+    static constexpr const char* orbit_method = "mino-srkn11";
+    static constexpr double orbit_step = 0.3;
 
     static constexpr Hole hole(const Parameters<double>& k) { return {k.mass, k.mass * k.spin}; }
 };

@@ -22,6 +22,8 @@
 ///                                         gradient of H may be discontinuous.
 ///   splits_gradient                       the stepper evaluates ∂K/∂q and ∂K/∂p separately.
 ///   shareable<System>()                   returns true if the stepper may be compiled once for all called systems.
+///   regular_in_both_charts                `integrate_to_escape` is accurate in either chart of a spinning hole
+///                                         (kernels/observers/charts.h), wherever rays turn.
 ///   integrate_to_escape(system, step, coefficients, integration)
 ///                                         integrates rays that cannot meet a surface to the escape sphere.
 ///   finish(step)                          changes the end of a step after its event functions have been evaluated.
@@ -30,6 +32,7 @@
 #include "kernels/abi.h"
 #include "kernels/integrators/gauss.h"
 #include "kernels/orbits/orbit.h"
+#include "kernels/orbits/separated.h"
 #include "kernels/recipe/recipe.h"
 #include "kernels/integrators/runge_kutta.h"
 #include "kernels/integrators/splitting.h"
@@ -40,6 +43,7 @@ namespace kagero {
 /// Gauss<0> supports every number of stages.
 #define KAGERO_STEPPERS(X)                                                                                            \
     X(composition, Composition) X(recipe, Recipe) X(nystroem, Nystroem) X(exact_split, ExactSplit) X(orbit, Orbit)    \
+    X(separated, Separated)                                                                                           \
     X(runge_kutta, RungeKutta) X(gauss, Gauss<0>) X(gauss_4_stages, Gauss<4>)
 
 /// Identifies a stepper.
@@ -153,6 +157,18 @@ inline constexpr std::array methods{
     Method{{.name = "orbit-srkn14", .order = 6,
             .what = "in the plane of the orbit, steps in radians; Blanes & Moan (2002) SRKN14a", .angular = true},
            StepperKind::orbit, {.fractions = fractions::srkn14, .kick_first = false}},
+    Method{{.name = "mino-srkn6", .order = 4,
+            .what = "separated motion around a spinning hole, steps in radians; Blanes & Moan (2002) SRKN6b",
+            .angular = true, .separated = true},
+           StepperKind::separated, {.fractions = fractions::srkn6, .kick_first = true}},
+    Method{{.name = "mino-srkn11", .order = 6,
+            .what = "separated motion around a spinning hole, steps in radians; Blanes & Moan (2002) SRKN11b",
+            .angular = true, .separated = true},
+           StepperKind::separated, {.fractions = fractions::srkn11, .kick_first = true}},
+    Method{{.name = "mino-srkn14", .order = 6,
+            .what = "separated motion around a spinning hole, steps in radians; Blanes & Moan (2002) SRKN14a",
+            .angular = true, .separated = true},
+           StepperKind::separated, {.fractions = fractions::srkn14, .kick_first = false}},
     Method{{.name = "rk4", .order = 4,
             .what = "classical Runge-Kutta, Kutta (1901)", .representative = true},
            StepperKind::runge_kutta, {.table = &kutta4}},

@@ -22,6 +22,7 @@ struct Task {
     bool keeps_memory;         ///< RayState::stepper_memory is passed from step to step
     bool steps_without_begin;  ///< `begin` is needed only at the start of a ray (methods.h)
     bool corrects_by_kutta;    ///< correction steps use the classical Runge–Kutta method of Kutta
+    bool regular_in_both_charts;  ///< see methods.h
     const SpaceKernel<V>& kernel;
     /// Returns the dense output of the method; nullptr if dense output is the cubic Hermite curve.
     Curve<V> (*method_curve)(const StepperState<V>&, const Coefficients&);
@@ -36,6 +37,8 @@ struct Task {
               return requires { Stepper::steps_without_begin; };
           })),
           corrects_by_kutta(!straight && !method.info.angular && k.step[static_cast<int>(StepperKind::runge_kutta)]),
+          regular_in_both_charts(visit_kind(
+              method.kind, []<class Stepper>() { return requires { Stepper::regular_in_both_charts; }; })),
           kernel(k), method_curve(straight || stages() <= 3 ? nullptr : kernel.curve[kind()]),
           escape_radius(limit_of(&Job::escape_radius, &ParameterSet::escape_radius)),
           inner_escape_radius(limit_of(&Job::inner_escape_radius, &ParameterSet::inner_escape_radius)) {

@@ -16,34 +16,11 @@
 #include "kernels/trace/ray_loader.h"
 #include "kernels/trace/step_control.h"
 #include "kernels/trace/straight_rays.h"
+#include "kernels/trace/trace_algorithm.h"
 
 #include <optional>
 
 namespace kagero {
-
-/// The algorithm that computes the ends of rays.
-enum class TraceAlgorithm {
-    steps,        ///< The tracing loop.
-    closed_form,  ///< `end_straight_rays`, for straight rays.
-    to_escape,    ///< `integrate_to_escape`, for rays that cannot meet a surface.
-};
-
-/// Returns the fastest algorithm that handles all events of the task.
-template <class Events, class V>
-TraceAlgorithm trace_algorithm_of(const Task<V>& task) {
-    if (task.job.path_sink) return TraceAlgorithm::steps;
-    if (task.straight) {
-        const bool has_closed_form =
-            Events::template exist_only<SurfaceHit, TurningPoint, EscapeSphere, Capture, StepLimit, Discontinuity>(
-                task);
-        return has_closed_form ? TraceAlgorithm::closed_form : TraceAlgorithm::steps;
-    }
-    const bool meets_no_surface =
-        Events::template exist_only<MediumEdge, TurningPoint, EscapeSphere, SecondEscapeSphere, Capture, StepLimit,
-                                    Discontinuity>(task);
-    const bool to_escape = meets_no_surface && task.can_integrate_to_escape() && !(task.job.outputs & output_integrals);
-    return to_escape ? TraceAlgorithm::to_escape : TraceAlgorithm::steps;
-}
 
 /// Traces the rays of one packet. The caller calls `start`, then `step` while `prepare_step` returns true, then
 /// `finish`.
@@ -168,6 +145,7 @@ void PacketTracer<V, Events>::escape() {
     if (packet_.active == escaped) packet_.active = 0;
     else next(moving, moving & ~escaped);
     detector_.start_steps(packet_.state.start, moving);
+    if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, recorder_, packet_.active));
 }
 
 // --- Steps ---

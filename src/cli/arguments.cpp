@@ -166,7 +166,7 @@ void add_scene(CLI::App& verb, Arguments& arguments, bool several_isas) {
                "the space",
                "NAME");
     add_option(verb, "--step", arguments.step,
-               "Step in the integration parameter, 0 < H <= 1e12; in radians for orbit-* methods (key "
+               "Step in the integration parameter, 0 < H <= 1e12; in radians for orbit-* and mino-* methods (key "
                "integrator.step). Methods with step control use it for their first step. Default: chosen for the space",
                "H");
     add_option(verb, "--tolerance", arguments.tolerance,

@@ -144,7 +144,7 @@ std::shared_ptr<const Plan> ScenePlans::rays(const RunOptions& requested, const 
     if (request.parameter && plan.method().angular)
         throw InputError("parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
                          std::string(plan.method().name) +
-                         "\" steps in the orbit angle; choose a method other than orbit-*");
+                         "\" steps in an angle; choose a method other than orbit-* and mino-*");
     if (request.parameter) plan.run.parameter_limit = *request.parameter;
     plan.run.path_interval = request.every;
     return keep(key, std::move(plan));

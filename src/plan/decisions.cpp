@@ -46,11 +46,13 @@ HamiltonianInfo integrated_properties(const Scene& scene) {
     return info;
 }
 
-/// Returns the name of the first orbit-plane method that supports the space; null if there is none.
-const char* supported_orbit_method(const Scene& scene) {
-    for (std::uint32_t i = 0; i < scene.module().integrator_count; ++i)
-        if (scene.module().integrators[i].angular && !refusal_of(scene, i, false))
-            return scene.module().integrators[i].name;
+/// Returns the name of the first method that supports the space and integrates the separated motion, or else the motion
+/// in the orbit plane; null if there is none.
+const char* supported_angular_method(const Scene& scene, bool separated) {
+    for (std::uint32_t i = 0; i < scene.module().integrator_count; ++i) {
+        const IntegratorInfo& info = scene.module().integrators[i];
+        if (info.angular && info.separated == separated && !refusal_of(scene, i, false)) return info.name;
+    }
     return nullptr;
 }
 
@@ -62,12 +64,16 @@ bool is_separable(const Scene& scene, const RunConfig& run) {
     return false;
 }
 
-/// Returns the reason why a run whose method is not an orbit-plane method does not use the orbit plane.
-std::string reason_against_orbit_plane(const Scene& scene, const HamiltonianInfo& properties, bool method_from_trial) {
+/// Returns the reason why a run does not integrate the separated motion, or the motion in the orbit plane.
+std::string reason_against_angles(const Scene& scene, const HamiltonianInfo& properties, bool method_from_trial,
+                                  bool separated) {
     if (scene.straight) return all_rays_straight;
-    if (const char* method = supported_orbit_method(scene); method && !properties.orbit_method)
+    const char* const method = supported_angular_method(scene, separated);
+    if (!method)
+        return separated ? "the motion separates only in the space kerr"
+                         : "the space declares no potential for the orbit plane";
+    if (!properties.orbit_method)
         return std::string("it is not the default of the space; integrator.method = \"") + method + "\" selects it";
-    if (!properties.orbit_method) return "the space declares no potential for the orbit plane";
     if (!scene.description.integrator.use_symmetry) return no_symmetry;
     if (has_material(scene.description, Material::diffuse) && !scene.description.integrator.method_location)
         return "diffuse surfaces scatter rays into almost radial directions, whose steps in the angle are too long";
@@ -252,9 +258,12 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
              "method needs only one",
              all_rays_straight);
     list.add(false, "equation of motion of p_t", "H does not depend on time, so p_t is a constant of the motion");
-    list.add(rays_bend && method.angular,
+    list.add(rays_bend && method.angular && !method.separated,
              "integration in the orbit plane: two variables and the angle instead of six variables",
-             reason_against_orbit_plane(scene, properties, method_from_trial));
+             reason_against_angles(scene, properties, method_from_trial, false));
+    list.add(rays_bend && method.separated,
+             "separated motion in Mino time: the radius, and independently of it the direction from the hole",
+             reason_against_angles(scene, properties, method_from_trial, true));
     const std::string cyclic_reason = reason_against_cyclic_update(scene, run, properties);
     if (!scene.description.space.formula)
         list.add(cyclic_reason.empty(),
@@ -287,7 +296,7 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
         list.add(rays_bend && properties.bounds_steps && !method.angular,
                  "step bound from the length scale of the space",
                  !rays_bend       ? all_rays_straight
-                 : method.angular ? "steps in the orbit plane are angles, which have no length"
+                 : method.angular ? "the steps of the method are angles, which have no length"
                                   : "the space declares no length scale");
     list.add(rays_bend && properties.discontinuous, "splitting of steps at discontinuities of H or its derivatives",
              !rays_bend                        ? all_rays_straight

@@ -159,18 +159,22 @@ void print_space(std::ostringstream& out, const SpaceDescription& space, const s
     if (space.sky_frame) line("sky_frame", *space.sky_frame);
 }
 
+/// Returns true if the default method `name` can be a default only without solver_tolerance and rescale: the methods
+/// for the orbit plane and for the separated motion.
+bool has_angular_steps(const std::string& name) { return name.starts_with("orbit-") || name.starts_with("mino-"); }
+
 /// Writes the table of an integrator.
 void print_integrator(std::ostringstream& out, const IntegratorDescription& integrator, const std::string& table) {
     const KeyLine line{out};
     out << "\n[" << table << "]\n";
     // A default method is written as a TOML comment if it may still change: a trial may choose another method unless
     // the scene states a step or tolerance; with a stated rescaling, the method may not support the rescaling. A
-    // default step or tolerance is a comment too, because a trial chooses it. If the default is an orbit method, the
-    // keys solver_tolerance and rescale are comments: if they were stated, the default would not be an orbit method.
+    // default step or tolerance is a comment too, because a trial chooses it. If the default has angular steps,
+    // the keys solver_tolerance and rescale are comments: if they were stated, the default would be another method.
     const bool states_step = integrator.step_location || integrator.tolerance_location;
     const bool method_may_change = !integrator.method_location &&
                                    (integrator.max_pixel_error > 0 || integrator.rescale != "auto" || !states_step);
-    const char* comment_out = method_may_change && integrator.method.starts_with("orbit-") ? "# " : "";
+    const char* comment_out = method_may_change && has_angular_steps(integrator.method) ? "# " : "";
     if (method_may_change) out << "# ";
     line("method", integrator.method);
     out << (integrator.step_location ? comment_out : "# ");

@@ -35,7 +35,8 @@ constexpr std::uint32_t least_step_limit = 1000;
 
 /// Methods among which a search chooses: the most efficient ones of bench/defaults, in the order in which they are
 /// tried. The plan's default method is tried first.
-constexpr const char* candidates[] = {"orbit-srkn6", "orbit-srkn11", "dp85", "dp54", "srkn6", "dp5", "rk4", "gauss4"};
+constexpr const char* candidates[] = {"orbit-srkn6", "orbit-srkn11", "mino-srkn6", "mino-srkn11", "dp85",
+                                      "dp54",        "srkn6",        "dp5",        "rk4",         "gauss4"};
 
 /// Two methods whose agreement confirms the reference.
 struct ReferencePair {
@@ -44,9 +45,11 @@ struct ReferencePair {
     const char* confirming_method;
     double confirming_step;
 };
-// The error estimates of both adaptive methods see every stage of a step, so that neither passes over a jump of a
-// derivative. The second pair is for spaces whose discontinuity only collocation methods support.
-constexpr ReferencePair reference_pairs[] = {{"dp85", 0.1, "dp54", 1}, {"gauss12", 0.5, "gauss8", 0.35}};
+// The first pair is for spinning holes: the separated motion is much more accurate than H in coordinates for rays that
+// turn close to the horizon. The error estimates of both adaptive methods see every stage of a step, so that neither
+// passes over a jump of a derivative. The last pair is for spaces whose discontinuity only collocation methods support.
+constexpr ReferencePair reference_pairs[] = {
+    {"mino-srkn14", 0.25, "dp85", 0.1}, {"dp85", 0.1, "dp54", 1}, {"gauss12", 0.5, "gauss8", 0.35}};
 
 /// Returns the tolerance of the reference: a thousandth of the bound, as an angle in radians.
 double reference_tolerance(double bound, double pixel_angle) {
@@ -119,10 +122,12 @@ bool MethodSearch::trace_reference() {
                    confirming = find_variant(plan_, pair.confirming_method, Strategy::packet, Precision::float64,
                                              pair.confirming_step);
         if (!computing || !confirming) continue;
+        if (info_of(plan_, *computing).angular && !plan_.run.use_symmetry) continue;
         if (trace_reference_with(*computing, *confirming, 1)) return true;
         constexpr double finer = 1e-2;
-        return is_affordable && info_of(plan_, *computing).adaptive &&
-               (confirm_with_finer(*confirming, finer) || trace_reference_with(*computing, *confirming, finer));
+        return is_affordable && info_of(plan_, *confirming).adaptive &&
+               (confirm_with_finer(*confirming, finer) ||
+                (info_of(plan_, *computing).adaptive && trace_reference_with(*computing, *confirming, finer)));
     }
     failure_reason = "this space does not support two methods that could confirm each other";
     return false;
@@ -156,7 +161,8 @@ bool MethodSearch::trace_reference_with(Variant first, Variant second, double re
                                               trace_rays(plan, sample_.below));
     trace_shadow_edge(plan);
     const char *const method = info_of(plan_, first).name, *const confirming_method = info_of(plan_, second).name;
-    const bool is_independent = !plan_.description().space.formula && method != std::string(plan_.method().name);
+    const bool is_independent = !plan_.description().space.formula && method != std::string(plan_.method().name) &&
+                                !(plan_.method().separated && info_of(plan_, first).separated);
     return (is_independent && confirm_reference(default_ends_, method, plan_.method().name)) ||
            confirm_reference(trace_rays(confirming_plan, sample_.starts, &confirming_operations_), method,
                              confirming_method);

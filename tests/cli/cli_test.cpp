@@ -178,7 +178,7 @@ TEST_F(Cli, TracesToAParameter) {
     EXPECT_NE(ends.out.find(",0.75,"), std::string::npos) << ends.out;
     const Outcome angular = run("trace hole.toml --rays rays.csv --parameter 0.75 --integrator orbit-srkn6");
     EXPECT_EQ(angular.status, 2);
-    EXPECT_NE(angular.err.find("steps in the orbit angle"), std::string::npos) << angular.err;
+    EXPECT_NE(angular.err.find("steps in an angle"), std::string::npos) << angular.err;
     const Outcome path = run("trace hole.toml --rays rays.csv --parameter 0.75 --path");
     ASSERT_EQ(path.status, 0) << path.err;
     EXPECT_EQ(lines_of(path.out).back().find(",0.75,"), lines_of(path.out).back().find(',', 2)) << path.out;

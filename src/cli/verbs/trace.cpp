@@ -125,7 +125,7 @@ Plan plan_of(const Request& request, bool for_csv) {
     if (!limit.empty() && plan.method().angular)
         throw InputError(
             "--parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
-            std::string(plan.method().name) + "\" steps in the orbit angle; choose a method other than orbit-*");
+            std::string(plan.method().name) + "\" steps in an angle; choose a method other than orbit-* and mino-*");
     if (!limit.empty()) plan.run.parameter_limit = finite_number("--parameter", limit);
     if (!request.arguments.every.empty()) plan.run.path_interval = finite_number("--every", request.arguments.every);
     return plan;

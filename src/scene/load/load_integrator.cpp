@@ -130,7 +130,10 @@ IntegratorDescription load_integrator(const Section& section, SpaceDescription& 
         if (!integrator.use_symmetry && catalogue.integrators[chosen].angular)
             throw InputError(method->location,
                              name_of_key("method") + " = \"" + methods[chosen] +
-                                 "\" integrates rays in their orbit plane, which " + name_of_key("symmetry") +
+                                 (catalogue.integrators[chosen].separated
+                                      ? "\" integrates the separated motion of rays, which "
+                                      : "\" integrates rays in their orbit plane, which ") +
+                                 name_of_key("symmetry") +
                                  " = \"none\" forbids; choose another method, or symmetry = \"auto\"");
     }
     const auto method = std::size_t(std::find(methods.begin(), methods.end(), integrator.method) - methods.begin());

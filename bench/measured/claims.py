@@ -442,6 +442,21 @@ def bounces(program, _):
                   [unseen.median], str(unseen), False)]
 
 
+def adaptive(program, _):
+    """Time of a picture in which all rays are traced, divided by that of the adaptively sampled picture."""
+    def picture(scene, sampling):
+        return program.render(SCENES / f"{scene}.toml", "--threads", 2, "--size", "1280x720", "--spp", 1, "--sampling",
+                              sampling)[0]
+    scenes, shares = ("galaxy", "hole", "wormhole", "room", "kerr", "mirage"), []
+    ratios = []
+    for scene in scenes:
+        ratios.append(program.ratio(lambda scene=scene: picture(scene, "full")["seconds"],
+                                    lambda scene=scene: picture(scene, "adaptive")["seconds"]).median)
+        shares.append(100 * picture(scene, "adaptive")["traced_share"])
+    return [Claim("adaptive", f"full picture ÷ adaptive one, 1280x720, 2 threads: {' / '.join(scenes)}", [], [], ratios,
+                  "traced pixels: " + ", ".join(f"{share:.1f} %" for share in shares), False)]
+
+
 def shading(program, _):
     """Time from the ends of rays to colours, per pixel that shows the sky."""
     results = program.medians("bench_shading", "^sky/")
@@ -453,5 +468,4 @@ def shading(program, _):
 
 
 ALL = (packet_over_scalar, packet_over_per_ray, culling, threads, peers, orbits, spin, whole_steps, shuffled, frames,
-       straight, formulas, bounces,
-       shading)
+       straight, formulas, bounces, adaptive, shading)

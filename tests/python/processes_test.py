@@ -65,7 +65,7 @@ class SignalTest(unittest.TestCase):
         scene = kagero.scene(tables, {"space.spin": 1, "camera.position": [-1.02, 0, 0.3]})
         done = run_python(
             "from support import LONG\nimport kagero, signal, threading\n"
-            "tables = dict(LONG, integrator={'max_pixel_error': 1e-9, 'escape_radius': 1e6})\n"
+            "tables = dict(LONG, integrator={'max_pixel_error': 1e-9, 'escape_radius': 1e6, 'symmetry': 'none'})\n"
             "scene = kagero.scene(tables)\n"
             "threading.Timer(0.15, lambda: signal.raise_signal(signal.SIGINT)).start()\n"
             "try:\n    scene.explain()\n    print('finished')\nexcept KeyboardInterrupt:\n    print('interrupted')\n")

@@ -220,6 +220,7 @@ void print_camera(std::ostringstream& out, const CameraDescription& camera, bool
     line("shutter", camera.shutter);
     if (camera.type != CameraType::perspective) return;
     line("aperture_radius", camera.aperture_radius);
+    if (!camera.states_focus_distance) out << "# ";  // the distance of look_at, which an animation can change
     line("focus_distance", camera.focus_distance);
 }
 

@@ -82,6 +82,7 @@ void load_lens(const Section& section, CameraDescription& camera) {
     read(section, "aperture_radius", camera.aperture_radius, {0, 1e12});
     camera.focus_distance = length(subtract(camera.look_at, camera.position));
     read(section, "focus_distance", camera.focus_distance, positive_length);
+    camera.states_focus_distance = find(section, "focus_distance");
     const Value* aperture = find(section, "aperture_radius");
     if (!aperture) return;
     camera.aperture_location = aperture->location;

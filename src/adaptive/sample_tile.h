@@ -23,8 +23,8 @@ struct AdaptiveSamples {
 ///
 /// The tile is divided into square cells of at most 32 × 32 pixels. A cell has 3 × 3 nodes and four test rays in the
 /// middle of its quarters. Ends in the cell are interpolated on three conditions. All nine nodes end alike, with the
-/// same status, sky and face. keeps_clear finds that no ray between them meets another surface. The interpolated ends of
-/// the test rays differ from the traced ones by at most `bound` pixels. Otherwise, the cell is divided into four. In
+/// same status, sky and face. keeps_clear finds that no ray between them meets another surface. The interpolated ends
+/// of the test rays differ from the traced ones by at most `bound` pixels. Otherwise, the cell is divided into four. In
 /// cells of 8 × 8 pixels that cannot be interpolated, all rays are traced. Cells are aligned with the film, so the
 /// result depends neither on tiles nor on the window.
 void sample_tile(const Plan& plan, const Job& job, const Tile& tile, double bound, TracedRays& rays,

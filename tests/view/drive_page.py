@@ -306,7 +306,7 @@ def main():
         print('There is no Chromium; the package chromium contains it.')
         return 77
     out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as profile:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = Browser(program, profile)
         try:
             browser.size(1280, 800)

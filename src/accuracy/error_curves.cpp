@@ -83,20 +83,21 @@ void CurveBuilder::keep_confirmed_rays() {
     reference_.confirmed.assign(kept, true);
 }
 
-void CurveBuilder::measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point) {
+void CurveBuilder::measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point,
+                                   const PointRestorer& restore) {
     const LadderChoice choice{options_.quick, options_.full, options_.strategy, options_.precision,
                               options_.pixel_bound > 0};
     const auto ladders = choose_ladders(plan_, choice, curves_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (options_.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
-        measure_ladder(ladders[i], on_point);
+        measure_ladder(ladders[i], on_point, restore);
         progress(double(i + 1) / double(ladders.size()));
     }
 }
 
 /// Measures one method from the coarsest step to the finest. Stops early if rounding limits the error, if the work of
 /// the next step would exceed a limit, or if the deadline has passed.
-void CurveBuilder::measure_ladder(const Ladder& ladder, const PointCallback& on_point) {
+void CurveBuilder::measure_ladder(const Ladder& ladder, const PointCallback& on_point, const PointRestorer& restore) {
     StudyCurve& curve = curves_.curves.emplace_back();
     curve.info = &info_of(plan_, ladder.variant);
     curve.method = curve.info->name;
@@ -112,7 +113,8 @@ void CurveBuilder::measure_ladder(const Ladder& ladder, const PointCallback& on_
     for (std::size_t n = 0; n < ladder.steps.size() && !stopped(); ++n) {
         variant.step = ladder.steps[n];
         if (ladder.has_loose_solver && !set_loose_tolerance(variant)) break;
-        const auto measured = measure(variant, on_point);
+        const auto restored = restore ? restore(variant) : std::optional<StudyPoint>();
+        const auto measured = restored ? restored : measure(variant, on_point);
         if (!measured) break;
         const StudyPoint& point = *measured;
         curve.points.push_back(point);

@@ -97,13 +97,17 @@ public:
     using PointCallback = std::function<bool(const Variant&, std::size_t curve, StudyPoint& point, const RunReport&,
                                              const std::vector<RayEnd>&)>;
 
+    /// Callback before each point. The point is not measured if the callback returns it.
+    using PointRestorer = std::function<std::optional<StudyPoint>(const Variant&)>;
+
     CurveBuilder(const Plan& plan, const CurveOptions& options, const std::atomic<bool>* stop)
         : plan_(plan), options_(options), stop_(stop) {}
 
     /// Chooses the sample rays and traces their reference. Throws RunError if no ray has a confirmed end.
     void prepare();
     /// Measures every selected method over its step ladder. Calls `progress` with the finished share, from 0 to 1.
-    void measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point = {});
+    void measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point = {},
+                         const PointRestorer& restore = {});
 
     /// Returns the plan of the measurements. `prepare` reduces its `max_steps` to 30 times the median number of steps
     /// of the sample rays, but not below 1000.
@@ -120,7 +124,7 @@ public:
 private:
     void reduce_max_steps();
     void keep_confirmed_rays();
-    void measure_ladder(const Ladder& ladder, const PointCallback& on_point);
+    void measure_ladder(const Ladder& ladder, const PointCallback& on_point, const PointRestorer& restore);
     void bisect_longest_step(StudyCurve& curve, Variant variant);
     bool set_loose_tolerance(Variant& variant) const;
     std::optional<StudyPoint> measure(const Variant& variant, const PointCallback& on_point) const;

@@ -230,10 +230,8 @@ std::vector<unsigned char> encode_film(const Film& film, const std::string& exte
 void write_film(const Film& film, const std::string& path, const Metadata& metadata) {
     const auto write = [&](const PictureToEncode& picture) { write_picture(path, picture); };
     switch (format_of(path).encoding) {
-        case Encoding::layers:
-            return with_layers(film, metadata, write);
-        case Encoding::srgb8:
-            return with_srgb8(film, path, write);
+        case Encoding::layers: return with_layers(film, metadata, write);
+        case Encoding::srgb8: return with_srgb8(film, path, write);
         case Encoding::pfm:
             return write_pfm(film, path);
         case Encoding::npy: return write_npy(film, path);

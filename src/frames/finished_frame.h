@@ -11,12 +11,12 @@ namespace kagero {
 struct FinishedFrame {
     std::uint32_t frame = 0;
     Film film;
-    Metadata metadata;                  ///< Attributes of the picture file.
-    Json description;                   ///< See frame_json.
-    std::vector<std::string> remarks;   ///< Statements about the scene of the frame.
+    Metadata metadata;                 ///< Attributes of the picture file.
+    Json description;                  ///< See frame_json.
+    std::vector<std::string> remarks;  ///< Statements about the scene of the frame.
     std::vector<Warning> warnings;
-    bool misses_bound = false;          ///< See misses_stated_bound.
-    double rays = 0, seconds = 0;       ///< Number of rays, and the time for them.
+    bool misses_bound = false;     ///< See misses_stated_bound.
+    double rays = 0, seconds = 0;  ///< Number of rays, and the time for them.
 };
 
 /// Returns the frame without its plan. The film is moved.

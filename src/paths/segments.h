@@ -32,10 +32,10 @@ void append(const RayEnd& path, RayEnd& segment, bool has_integrals);
 struct PathPoints {
     const Plan& plan;
     const Job& job;
-    const std::vector<RayEnd>& ends;      ///< The ends of the paths before these segments, by ray.
-    const std::vector<PathState>& paths;  ///< By ray.
+    const std::vector<RayEnd>& ends;             ///< The ends of the paths before these segments, by ray.
+    const std::vector<PathState>& paths;         ///< By ray.
     const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
-    std::uint64_t first_ray;  ///< Index of the tile's first ray in the list of the job.
+    std::uint64_t first_ray;                     ///< Index of the tile's first ray in the list of the job.
 
     /// Job::path_sink; `user` is this object.
     static void receive(void* user, const PathPoint* point);

@@ -125,8 +125,7 @@ void agree(Communicator& ranks, const RankFailure& own) {
     for (const std::string& each : ranks.gather(text))
         if (verdict.empty()) verdict = each;
     ranks.broadcast(verdict);
-    if (!verdict.empty())
-        throw AgreedFailure({static_cast<RankFailure::Kind>(verdict.front()), verdict.substr(1)});
+    if (!verdict.empty()) throw AgreedFailure({static_cast<RankFailure::Kind>(verdict.front()), verdict.substr(1)});
 }
 
 RankSetup agree_on_setup(Communicator& ranks, const std::string& stated_isa, unsigned stated_threads) {

@@ -12,8 +12,8 @@ namespace kagero {
 
 /// A message from another rank.
 struct RankMessage {
-    int from;   ///< Number of the rank that sent it.
-    int kind;   ///< A number >= 0 that sender and receiver agree on.
+    int from;  ///< Number of the rank that sent it.
+    int kind;  ///< A number >= 0 that sender and receiver agree on.
     std::string bytes;
 };
 
@@ -23,8 +23,8 @@ class Communicator {
 public:
     virtual ~Communicator() = default;
 
-    int rank() const { return rank_; }              ///< Number of this rank, from 0.
-    int size() const { return size_; }              ///< Number of ranks.
+    int rank() const { return rank_; }                 ///< Number of this rank, from 0.
+    int size() const { return size_; }                 ///< Number of ranks.
     const std::string& host() const { return host_; }  ///< Name of the machine of this rank.
 
     /// Begins to send a message, and returns at once.

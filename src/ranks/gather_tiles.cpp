@@ -55,8 +55,8 @@ std::vector<bool> tiles_of_rank(const Communicator& ranks, const TileFileHeader&
 /// The render of rank 0: it renders its tiles, and receives those of the others.
 class TileGathering {
 public:
-    TileGathering(Communicator& ranks, const TileFileHeader& header, Film& film, TileResults& results,
-                  Journal* journal, const RunControl& control, LinkTimes times)
+    TileGathering(Communicator& ranks, const TileFileHeader& header, Film& film, TileResults& results, Journal* journal,
+                  const RunControl& control, LinkTimes times)
         : header_(header), film_(film), results_(results), journal_(journal), control_(control),
           earlier_tiles_(results.count()), earlier_rays_(results.totals().sums.rays),
           work_(ranks, control.stop, times) {
@@ -87,9 +87,7 @@ public:
     }
 
 private:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    }
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     std::uint64_t tiles() const { return header_.part.tiles_of(header_.grid); }
 
     void receive(const RankMessage& message) {

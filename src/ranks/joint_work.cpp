@@ -7,7 +7,8 @@ namespace kagero {
 
 JointWork::JointWork(Communicator& ranks, const std::atomic<bool>* caller_stop, LinkTimes times)
     : ranks_(ranks), caller_stop_(caller_stop), ends_(static_cast<std::size_t>(ranks.size())),
-      link_(ranks, [this](const RankMessage& message) { receive(message); }, [this] { idle(); }, times) {}
+      link_(
+          ranks, [this](const RankMessage& message) { receive(message); }, [this] { idle(); }, times) {}
 
 std::string JointWork::encode(const End& end) {
     ByteWriter writer;

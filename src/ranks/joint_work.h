@@ -57,10 +57,10 @@ private:
     std::atomic<bool> stop_ = false, own_work_is_done_ = false;
     bool stop_is_announced_ = false, is_over_ = false;
     std::exception_ptr own_failure_, receive_failure_;
-    std::vector<End> ends_;    ///< On rank 0, one for each rank. Used by the thread of the link until it has ended.
+    std::vector<End> ends_;  ///< On rank 0, one for each rank. Used by the thread of the link until it has ended.
     End own_end_;
-    int ended_ = 0;            ///< Number of other ranks that have ended.
-    RankLink link_;            ///< The last member, because its thread uses the others.
+    int ended_ = 0;  ///< Number of other ranks that have ended.
+    RankLink link_;  ///< The last member, because its thread uses the others.
 };
 
 }  // namespace kagero

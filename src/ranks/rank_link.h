@@ -21,9 +21,9 @@ public:
 
 /// Times of the exchange, in seconds.
 struct LinkTimes {
-    double pause = 1e-3;    ///< Pause before looking for further messages if there was none.
-    double heartbeat = 5;   ///< Interval of the messages by which a rank shows that it runs.
-    double lost_after = 60; ///< A rank is lost if nothing has arrived from it for this time.
+    double pause = 1e-3;     ///< Pause before looking for further messages if there was none.
+    double heartbeat = 5;    ///< Interval of the messages by which a rank shows that it runs.
+    double lost_after = 60;  ///< A rank is lost if nothing has arrived from it for this time.
 };
 
 /// Exchanges messages in a thread of its own, so that threads that render never wait for other ranks. Rank 0 exchanges

@@ -27,11 +27,11 @@ struct ThreadTime {
 
 /// The work of one process of a run with --mpi.
 struct RankTime {
-    std::string host;              ///< Name of its machine.
+    std::string host;  ///< Name of its machine.
     std::uint32_t threads = 0;
-    std::uint64_t tiles = 0;       ///< Number of tiles that it finished.
-    double seconds = 0;            ///< Time from the begin of its run to the end of its last tile.
-    double busy = 0;               ///< Sum over its threads of the time for processing tiles.
+    std::uint64_t tiles = 0;  ///< Number of tiles that it finished.
+    double seconds = 0;       ///< Time from the begin of its run to the end of its last tile.
+    double busy = 0;          ///< Sum over its threads of the time for processing tiles.
 };
 
 /// The numbers of surfaces that have sent the rays of a run on.

@@ -43,8 +43,8 @@ private:
     }
     const RunControl& control_;
     const Film& film_;
-    std::shared_mutex own_mutex_;   ///< Used if the caller supplies none.
-    std::shared_mutex& film_mutex_; ///< Shared by the threads that write pixels; exclusive for the copy.
+    std::shared_mutex own_mutex_;    ///< Used if the caller supplies none.
+    std::shared_mutex& film_mutex_;  ///< Shared by the threads that write pixels; exclusive for the copy.
     std::mutex delivery_mutex_;     ///< Held while the callback runs, so that it runs on one thread at a time.
 };
 

@@ -125,7 +125,7 @@ struct CameraDescription {
     double shutter = 0;                ///< Share of the time of a frame during which the shutter is open, from 0 to 1.
     double aperture_radius = 0;        ///< Radius of a thin lens, a length; 0: a pinhole.
     bool states_focus_distance = false;  ///< False: focus_distance is that of look_at.
-    double focus_distance = 0;         ///< Distance at which a lens shows points sharply.
+    double focus_distance = 0;           ///< Distance at which a lens shows points sharply.
     ObserverKind observer = ObserverKind::static_;
     std::optional<VelocityDescription> velocity;  ///< Replaces `observer` if the scene states it.
     FileLocation position_location;    ///< Position of the key `position`, for messages.

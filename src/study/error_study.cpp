@@ -30,25 +30,13 @@ std::uint32_t step_limit_of(const std::vector<RayEnd>& ends) {
     return static_cast<std::uint32_t>(percentiles_of(std::move(steps)).p99) + 1;
 }
 
-/// Returns the plan without surfaces and with at most `max_steps` steps per ray. A plan that has no surfaces is
-/// returned unchanged.
+/// Returns the plan without surfaces and with at most `max_steps` steps per ray; unchanged if it has no surfaces.
 Plan without_surfaces(Plan plan, std::uint32_t max_steps) {
     if (!plan.scene->geometry->kernel_view()) return plan;
     plan.run.surfaces = false;
     plan.run.max_steps = std::min(plan.run.max_steps, max_steps);
     return plan;
 }
-
-/// A point of the study, and the times of its runs with and without surfaces.
-struct TimedPoint {
-    Variant variant;
-    std::size_t curve, point;                ///< Index of the curve, and of the point on it.
-    double estimate = 0;                     ///< Estimated seconds of one run with and one run without surfaces.
-    unsigned repeats = 0;                    ///< Number of timed runs with surfaces, and of those without.
-    std::uint32_t max_steps = 0;             ///< Limit of steps without surfaces.
-    std::vector<double> with_surfaces{};     ///< Nanoseconds per ray of each run with surfaces.
-    std::vector<double> without_surfaces{};  ///< Nanoseconds per ray of each run without surfaces.
-};
 
 /// Runs one error study.
 class Study {
@@ -73,6 +61,7 @@ private:
     void choose_drift_rays();
     void choose_timed_rays();
     void measure_ladders();
+    std::optional<StudyPoint> restored_point(const Variant& variant);
     bool add_timed_point(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
                          const std::vector<RayEnd>& ends);
     void choose_main_curves();
@@ -155,7 +144,17 @@ void Study::measure_ladders() {
                                const std::vector<RayEnd>& ends) {
         return add_timed_point(variant, curve, point, run, ends);
     };
-    builder_.measure_ladders([&](double done) { report_progress(share_of_ladders() * done); }, add_point);
+    builder_.measure_ladders([&](double done) { report_progress(share_of_ladders() * done); }, add_point,
+                             [&](const Variant& variant) { return restored_point(variant); });
+}
+
+/// Returns the stored point of a variant, if there is one, and adds it to the timed points.
+std::optional<StudyPoint> Study::restored_point(const Variant& variant) {
+    const std::vector<StudyCurve>& curves = builder_.curves().curves;
+    TimedPoint timed{variant, curves.size() - 1, curves.back().points.size()};
+    const auto point = restore_point(study_.options.store, plan(), timed);
+    if (point) timed_.push_back(std::move(timed));
+    return point;
 }
 
 /// Adds a point to the timed points, estimates its time and measures its energy drift. `run` and `ends` are the report
@@ -185,6 +184,7 @@ bool Study::add_timed_point(const Variant& variant, std::size_t curve, StudyPoin
         timed.without_surfaces = {1e9 * without.seconds / timed_rays};
     }
     point.drift = energy_drift(plan(), variant, drift_rays_);
+    keep_point(study_.options.store, plan(), point, timed);
     timed_.push_back(std::move(timed));
     return true;
 }

@@ -48,8 +48,9 @@ struct ReferencePair {
 // The first pair is for spinning holes: the separated motion is much more accurate than H in coordinates for rays that
 // turn close to the horizon. The error estimates of both adaptive methods see every stage of a step, so that neither
 // passes over a jump of a derivative. The last pair is for spaces whose discontinuity only collocation methods support.
-constexpr ReferencePair reference_pairs[] = {
-    {"mino-srkn14", 0.25, "dp85", 0.1}, {"dp85", 0.1, "dp54", 1}, {"gauss12", 0.5, "gauss8", 0.35}};
+constexpr ReferencePair reference_pairs[] = {{"mino-srkn14", 0.25, "dp85", 0.1},
+                                             {"dp85", 0.1, "dp54", 1},
+                                             {"gauss12", 0.5, "gauss8", 0.35}};
 
 /// Returns the tolerance of the reference: a thousandth of the bound, as an angle in radians.
 double reference_tolerance(double bound, double pixel_angle) {

@@ -31,8 +31,8 @@ struct LivePicture {
     std::shared_ptr<const Film> film;  ///< Null if the picture was made from a map.
     std::vector<unsigned char> rgb;    ///< The picture from a map, in 8-bit sRGB.
     std::uint32_t width = 0, height = 0;
-    std::uint32_t reduction = 1;       ///< The picture has 1/reduction of the requested width and height.
-    std::uint64_t rays = 0;            ///< Number of traced rays.
+    std::uint32_t reduction = 1;  ///< The picture has 1/reduction of the requested width and height.
+    std::uint64_t rays = 0;       ///< Number of traced rays.
     double plan_seconds = 0, trace_seconds = 0, shade_seconds = 0;
     /// Estimates of the error in pixels: of the integration, from a few rays of the last picture with one ray per
     /// pixel, and of interpolated rays. NaN: unknown.
@@ -75,13 +75,13 @@ private:
     std::shared_ptr<const Plan> latest_;  ///< The last plan of a moving picture.
     std::string latest_rays_;             ///< Its keys that determine the rays from a position.
     std::unique_ptr<DirectionMap> map_;
-    std::string map_rays_;                ///< The keys that determine the rays of the map.
-    LivePicture last_full_;               ///< The last whole picture, with the keys that determine its light.
+    std::string map_rays_;   ///< The keys that determine the rays of the map.
+    LivePicture last_full_;  ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;
-    double sampled_error_ = 0;            ///< Error of the last picture with one ray per pixel.
-    double seconds_per_pixel_ = 0;        ///< Time per pixel of the last picture; 0: unknown.
+    double sampled_error_ = 0;      ///< Error of the last picture with one ray per pixel.
+    double seconds_per_pixel_ = 0;  ///< Time per pixel of the last picture; 0: unknown.
     bool has_made_picture_ = false;
-    std::uint32_t reduction_ = 1;         ///< That of the last moving picture.
+    std::uint32_t reduction_ = 1;  ///< That of the last moving picture.
 };
 
 }  // namespace kagero

@@ -13,7 +13,7 @@ namespace kagero {
 struct Tab {
     explicit Tab(const ViewScene& scene) : maker(scene) {}
 
-    std::mutex making;   ///< Held while `maker` works.
+    std::mutex making;  ///< Held while `maker` works.
     PictureMaker maker;
     std::atomic<std::uint64_t> newest{0};  ///< Number of the last request for a picture.
     std::mutex running_mutex;

@@ -13,13 +13,14 @@ namespace {
 constexpr std::size_t max_keys = 128, max_text = 4000, max_tab = 40;
 
 /// Keys that a page may set in every scene.
-constexpr const char* common_keys[] = {"camera.position", "camera.look_at", "camera.up",     "camera.fov",
-                                       "camera.observer", "film.exposure",  "film.tone",     "sky.pole",
+constexpr const char* common_keys[] = {"camera.position", "camera.look_at",
+                                       "camera.up",       "camera.fov",
+                                       "camera.observer", "film.exposure",
+                                       "film.tone",       "sky.pole",
                                        "sky.color",       "integrator.max_pixel_error"};
 /// Those of them, and no others, that keep the rays from a position.
-constexpr const char* ray_keeping_keys[] = {"camera.look_at", "camera.up",  "camera.fov", "film.exposure",
-                                            "film.tone",      "film.layers", "film.size",  "sky.pole",
-                                            "sky.color"};
+constexpr const char* ray_keeping_keys[] = {"camera.look_at", "camera.up", "camera.fov", "film.exposure", "film.tone",
+                                            "film.layers",    "film.size", "sky.pole",   "sky.color"};
 /// Keys of a formula.
 constexpr const char* formula_keys[] = {"space.H", "space.H0", "space.domain", "space.capture", "space.length_scale"};
 

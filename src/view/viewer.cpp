@@ -6,8 +6,8 @@
 #include "scene/print.h"
 #include "view/controls.h"
 #include "view/encoder.h"
-#include "view/web/page.h"
 #include "view/pixel_report.h"
+#include "view/web/page.h"
 
 #include <algorithm>
 #include <charconv>
@@ -23,9 +23,7 @@ constexpr double max_request_rate = 300, max_request_burst = 600;
 
 constexpr const char* json_type = "application/json";
 
-WebResponse json_response(unsigned status, const Json& json) {
-    return text_response(status, text_of(json), json_type);
-}
+WebResponse json_response(unsigned status, const Json& json) { return text_response(status, text_of(json), json_type); }
 WebResponse error_response(unsigned status, const std::string& message) {
     return json_response(status, {{"error", message}});
 }
@@ -64,9 +62,7 @@ private:
 };
 
 /// Returns one line of JSON without characters that a header cannot contain.
-std::string header_text(const Json& json) {
-    return json.dump(-1, ' ', true, Json::error_handler_t::replace);
-}
+std::string header_text(const Json& json) { return json.dump(-1, ' ', true, Json::error_handler_t::replace); }
 
 Json info_json(const LivePicture& picture, const ViewState& state, const EncodedPicture& encoded) {
     const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
@@ -152,8 +148,7 @@ WebResponse Viewer::answer_unprotected(const WebRequest& request) {
 
 WebResponse Viewer::scene_controls() const {
     const Module& module = load_module(scene_.options.isa);
-    const HamiltonianInfo& info =
-        module.hamiltonians[hamiltonian_index(module, scene_.description.space.hamiltonian)];
+    const HamiltonianInfo& info = module.hamiltonians[hamiltonian_index(module, scene_.description.space.hamiltonian)];
     return json_response(200, controls_json(scene_.description, info));
 }
 

@@ -1,9 +1,9 @@
 /// The viewer: answers the requests of its pages.
 #pragma once
 
-#include "view/web/access.h"
 #include "view/statistics.h"
 #include "view/tabs.h"
+#include "view/web/access.h"
 
 namespace kagero {
 

@@ -156,11 +156,12 @@ TEST(SeparatedMotionStates, IntegralsMatchTheGeneralPath) {
         Options options = with_strategy("packet");
         options.observer = observer_of("zamo");
         options.action = options.time = true;
-        const auto plan = plan_of_text(
-            "space = { hamiltonian = \"kerr\", spin = 0.9 }\n[integrator]\nescape_radius = 20\n" + integrator +
-                "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
-                "[film]\nsize = [4, 4]\n",
-            {}, options, false);
+        const auto plan =
+            plan_of_text("space = { hamiltonian = \"kerr\", spin = 0.9 }\n[integrator]\nescape_radius = 20\n" +
+                             integrator +
+                             "[camera]\nposition = [0, -10, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
+                             "[film]\nsize = [4, 4]\n",
+                         {}, options, false);
         std::vector<RayInput> rays;
         for (int k = 0; k < 16; ++k) rays.push_back({{1, -8, 2}, {0.5 + 0.02 * k, 1, 0.3 - 0.01 * k}});
         return traced(*plan, start_rays(*plan, rays, ObserverKind::zamo));

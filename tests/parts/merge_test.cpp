@@ -61,9 +61,7 @@ Override few_samples_of(const std::string& scene) {
     return Override("film.spp=" + std::to_string(std::min(spp, 4u)));
 }
 
-TEST_P(Gallery, IsTheSamePictureInParts) {
-    expect_same_picture({"film.size=[160,110]", few_samples_of(GetParam())});
-}
+TEST_P(Gallery, IsTheSamePictureInParts) { expect_same_picture({"film.size=[160,110]", few_samples_of(GetParam())}); }
 
 TEST_F(PartTest, MergedPictureHasTheToneOfTheScene) {
     Options options;
@@ -76,9 +74,8 @@ TEST_F(PartTest, MergedPictureHasTheToneOfTheScene) {
 // The film has an odd size, so that blocks of 2 × 2 pixels extend beyond it, and only six tiles, so that one of seven
 // parts is empty.
 TEST_P(Gallery, IsTheSameInAllLayers) {
-    expect_same_picture(
-        {"film.size=[75,51]", few_samples_of(GetParam()), Override(all_layers_of(GetParam() + ".toml")),
-         "integrator.max_steps=1000"});
+    expect_same_picture({"film.size=[75,51]", few_samples_of(GetParam()), Override(all_layers_of(GetParam() + ".toml")),
+                         "integrator.max_steps=1000"});
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Gallery, testing::ValuesIn(gallery()), [](const auto& scene) {

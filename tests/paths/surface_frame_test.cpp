@@ -25,9 +25,7 @@ Vector4 raised(SpacetimeMatrix g, Vector4 p) {
     return p;
 }
 
-double product_of(const Vector4& a, const Vector4& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-}
+double product_of(const Vector4& a, const Vector4& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
 
 // Null momenta p, p' that belong to unit directions d, d' of the frame have p · p' = ω² (d · d' − 1), where ω is the
 // frequency for matter at rest. The angle of a ray from the conormal is that of its direction from the normal.
@@ -62,10 +60,12 @@ TEST(SurfaceFrame, IsTheRestFrameOfTheStaticObserver) {
         for (std::size_t i = 0; i < 3; ++i) {
             const Vector4 k = raised(g, momenta[i]);
             for (std::size_t j = 0; j < 3; ++j)
-                EXPECT_NEAR(product_of(k, momenta[j]),
-                            frequency * frequency * (dot(directions[i], directions[j]) - 1), 1e-9) << space;
+                EXPECT_NEAR(product_of(k, momenta[j]), frequency * frequency * (dot(directions[i], directions[j]) - 1),
+                            1e-9)
+                    << space;
             EXPECT_NEAR(product_of(k, conormal) / length_of_normal / frequency, dot(directions[i], frame->normal()),
-                        1e-9) << space;
+                        1e-9)
+                << space;
         }
     }
 }

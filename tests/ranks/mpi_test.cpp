@@ -29,8 +29,7 @@ protected:
     }
     /// Runs `kagero render ARGUMENTS --mpi` on `count` ranks. `rank_command` is the start of the command of a rank.
     Outcome on_ranks(int count, const std::string& arguments, const std::string& rank_command = "") const {
-        return run_program(launcher, "-n " + std::to_string(count) + " " + command(arguments, rank_command),
-                           variables);
+        return run_program(launcher, "-n " + std::to_string(count) + " " + command(arguments, rank_command), variables);
     }
     static std::string command(const std::string& arguments, const std::string& rank_command = "") {
         return rank_command + " '" + KAGERO_BINARY + "' render " + arguments + " --mpi";
@@ -38,14 +37,15 @@ protected:
     /// Begins the slow render on three ranks, and sends a signal to rank `rank` when the journal contains tiles.
     Outcome signal_rank(int rank, const std::string& signal) const {
         std::filesystem::remove(directory_ / "a.exr.journal");
-        std::ofstream(output_ / "rank.sh") << "echo $$ > '" << output_.string()
-                                           << "'/pid-${OMPI_COMM_WORLD_RANK:-$PMI_RANK}\nexec \"$@\"\n";
+        std::ofstream(output_ / "rank.sh")
+            << "echo $$ > '" << output_.string() << "'/pid-${OMPI_COMM_WORLD_RANK:-$PMI_RANK}\nexec \"$@\"\n";
         std::ofstream(output_ / "signal.sh")
-            << "\"$@\" & launcher=$!\nfor i in $(seq 1000); do\n"
+            << "\"$@\" & launcher=$!\nwhile kill -0 $launcher 2>/dev/null; do\n"
             << "  [ $(stat -c %s a.exr.journal 2>/dev/null || echo 0) -gt 100000 ] && break; sleep 0.01\ndone\n"
             << "kill -" << signal << " $(cat '" << output_.string() << "'/pid-" << rank << ")\nwait $launcher\n";
-        return run_program("sh", "'" + (output_ / "signal.sh").string() + "' '" + launcher + "' -n 3 " +
-                                     command(slow + "--resume -o a.exr", "sh '" + (output_ / "rank.sh").string() + "'"),
+        return run_program("sh",
+                           "'" + (output_ / "signal.sh").string() + "' '" + launcher + "' -n 3 " +
+                               command(slow + "--resume -o a.exr", "sh '" + (output_ / "rank.sh").string() + "'"),
                            variables);
     }
 };

@@ -21,9 +21,9 @@ struct LocalMessages {
     std::vector<std::deque<RankMessage>> inboxes;
     std::map<int, std::string> gathered;  ///< The texts of a gather in progress, by rank.
     std::string broadcast_text;
-    int broadcasts = 0;                   ///< Number of broadcasts of rank 0.
-    int broadcast_readers = 0;            ///< Number of ranks that must still read the text.
-    int ended_with = -1;                  ///< The status of end_all_ranks.
+    int broadcasts = 0;         ///< Number of broadcasts of rank 0.
+    int broadcast_readers = 0;  ///< Number of ranks that must still read the text.
+    int ended_with = -1;        ///< The status of end_all_ranks.
 };
 
 /// One of several ranks in one process.

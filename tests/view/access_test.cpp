@@ -57,8 +57,8 @@ TEST(ViewerAccess, RefusesOtherHosts) {
 }
 
 TEST(ViewerAccess, RefusesOtherOrigins) {
-    for (const std::string origin : {"null", "http://example.org", "https://127.0.0.1:8080", "http://127.0.0.1:8081",
-                                     "http://localhost:8080"}) {
+    for (const std::string origin :
+         {"null", "http://example.org", "https://127.0.0.1:8080", "http://127.0.0.1:8081", "http://localhost:8080"}) {
         WebRequest request = own_request();
         request.origin = origin;
         EXPECT_NE(access_at().refusal(request).find("another site"), std::string::npos) << origin;

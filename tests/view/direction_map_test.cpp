@@ -1,8 +1,8 @@
 // The map over all directions: its geometry, its error estimate, and pictures that are made from it.
 #include "view/sky/direction_map.h"
 #include "accuracy/end_errors.h"
-#include "scene/sky_only.h"
 #include "scene/load/load.h"
+#include "scene/sky_only.h"
 #include "tuning/resolve.h"
 #include "view/sky/map_picture.h"
 
@@ -123,8 +123,7 @@ TEST(DirectionMap, GivesThePictureOfRender) {
 }
 
 TEST(DirectionMap, TracesFewRaysWhenOnlyTheViewTurns) {
-    const Plan first = plan_of("galaxy.toml"),
-               turned = plan_of("galaxy.toml", {"camera.look_at=[0, 0.06, 0]"});
+    const Plan first = plan_of("galaxy.toml"), turned = plan_of("galaxy.toml", {"camera.look_at=[0, 0.06, 0]"});
     DirectionMap map;
     const std::uint64_t of_first = picture_from_map(first, map).traced;
     const MapPicture picture = picture_from_map(turned, map);

@@ -32,9 +32,9 @@ TEST(ViewState, ContainsTheKeysAsOverrides) {
     EXPECT_EQ(state.quality, Quality::moving);
     std::vector<std::string> texts;
     for (const Override& each : state.overrides()) texts.push_back(each.text);
-    const std::vector<std::string> expected{
-        "space.rg=0.1",      "camera.position=[1, 2, 3]", "film.tone=\"filmic\"",
-        "film.size=[64,48]", "film.spp=1",                "film.layers=[\"steps\"]"};
+    const std::vector<std::string> expected{"space.rg=0.1",         "camera.position=[1, 2, 3]",
+                                            "film.tone=\"filmic\"", "film.size=[64,48]",
+                                            "film.spp=1",           "film.layers=[\"steps\"]"};
     EXPECT_EQ(texts, expected);
 }
 
@@ -42,11 +42,26 @@ TEST(ViewState, ContainsTheKeysAsOverrides) {
 TEST(ViewState, HasNoKeyThatNamesAFile) {
     for (const char* name : {"room.toml", "formula-mirage.toml", "galaxy.toml"}) {
         const SceneDescription scene = scene_named(name);
-        for (const char* key :
-             {"sky.texture", "object.ground.file", "object.room.texture", "sky.far.texture", "animation.set.x",
-              "film.size",
-              "film.spp", "film.layers", "object", "sky", "space", "space.hamiltonian", "camera", "integrator.method",
-              "medium.glass.n0", "space.let.a.b", "space.let.", "space.let.a b", "space.let.\"x\"", ""}) {
+        for (const char* key : {"sky.texture",
+                                "object.ground.file",
+                                "object.room.texture",
+                                "sky.far.texture",
+                                "animation.set.x",
+                                "film.size",
+                                "film.spp",
+                                "film.layers",
+                                "object",
+                                "sky",
+                                "space",
+                                "space.hamiltonian",
+                                "camera",
+                                "integrator.method",
+                                "medium.glass.n0",
+                                "space.let.a.b",
+                                "space.let.",
+                                "space.let.a b",
+                                "space.let.\"x\"",
+                                ""}) {
             EXPECT_FALSE(is_live_key(scene, key)) << name << ": " << key;
             EXPECT_NE(message_of(nlohmann::json{{"keys", {{key, "/etc/passwd"}}}}.dump(), scene), "")
                 << name << ": " << key;

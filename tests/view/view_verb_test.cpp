@@ -18,13 +18,12 @@ TEST_F(ViewVerbTest, PrintsTheAddressAndEndsAfterAnInterrupt) {
 }
 
 TEST_F(ViewVerbTest, RefusesInvalidOptions) {
-    const std::vector<std::pair<std::string, std::string>> cases{
-        {"view", "no scene was given"},
-        {"view nothing.toml", "nothing.toml"},
-        {"view " + scene + " --port 65536", "--port"},
-        {"view " + scene + " --port x", "--port"},
-        {"view " + scene + " --size 5000x100", "film.size"},
-        {"view " + scene + " -D camera.fov=1000", "fov"}};
+    const std::vector<std::pair<std::string, std::string>> cases{{"view", "no scene was given"},
+                                                                 {"view nothing.toml", "nothing.toml"},
+                                                                 {"view " + scene + " --port 65536", "--port"},
+                                                                 {"view " + scene + " --port x", "--port"},
+                                                                 {"view " + scene + " --size 5000x100", "film.size"},
+                                                                 {"view " + scene + " -D camera.fov=1000", "fov"}};
     for (const auto& [arguments, part] : cases) {
         const Outcome outcome = run(arguments, "timeout 20");
         EXPECT_EQ(outcome.status, 2) << arguments;

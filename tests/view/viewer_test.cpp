@@ -66,8 +66,8 @@ TEST_F(ViewerTest, DescribesTheScene) {
 TEST_F(ViewerTest, MakesMovingAndStillPictures) {
     const std::string first = answer_to(request("POST", "/picture", R"({"tab": "a", "quality": "moving"})"));
     EXPECT_EQ(status_of(first), 200);
-    const std::string second = answer_to(
-        request("POST", "/picture", R"({"tab": "a", "quality": "moving", "keys": {"camera.fov": 50}})"));
+    const std::string second =
+        answer_to(request("POST", "/picture", R"({"tab": "a", "quality": "moving", "keys": {"camera.fov": 50}})"));
     EXPECT_TRUE(body_of(second).starts_with("\xff\xd8\xff")) << "moving pictures are JPEG files";
     EXPECT_NE(second.find("X-Kagero: {\"width\":64,\"height\":48"), std::string::npos) << second.substr(0, 600);
     expect_alive();
@@ -86,8 +86,8 @@ TEST_F(ViewerTest, TracesThePixelAndSaves) {
     EXPECT_EQ(status_after(request("POST", "/pixel?x=64&y=4", R"({"tab": "a"})")), 422);
     EXPECT_TRUE(body_of(answer_to(request("POST", "/file?format=exr", R"({"tab": "a"})"))).starts_with("v/1\x01"));
     EXPECT_TRUE(body_of(answer_to(request("POST", "/file?format=png", R"({"tab": "a"})"))).starts_with("\x89PNG"));
-    const std::string toml = body_of(
-        answer_to(request("POST", "/file?format=toml", R"({"tab": "a", "keys": {"camera.fov": 51}})")));
+    const std::string toml =
+        body_of(answer_to(request("POST", "/file?format=toml", R"({"tab": "a", "keys": {"camera.fov": 51}})")));
     EXPECT_NE(toml.find("fov = 51"), std::string::npos) << toml;
     EXPECT_EQ(status_after(request("POST", "/file?format=../x", R"({"tab": "a"})")), 422);
 }
@@ -96,8 +96,8 @@ TEST_F(ViewerTest, ReportsInvalidValues) {
     const std::string answer = answer_to(request("POST", "/picture", R"({"tab": "a", "keys": {"camera.fov": 1000}})"));
     EXPECT_EQ(status_of(answer), 422);
     EXPECT_NE(answer.find("fov"), std::string::npos);
-    const std::string file = answer_to(
-        request("POST", "/picture", R"({"tab": "a", "keys": {"sky.texture": "/etc/passwd"}})"));
+    const std::string file =
+        answer_to(request("POST", "/picture", R"({"tab": "a", "keys": {"sky.texture": "/etc/passwd"}})"));
     EXPECT_EQ(status_of(file), 422);
     EXPECT_NE(file.find("cannot be changed"), std::string::npos);
     expect_alive();
@@ -187,8 +187,8 @@ protected:
 };
 
 TEST_F(FormulaViewerTest, ReportsMistakesInAFormula) {
-    const std::string answer = answer_to(
-        request("POST", "/picture", R"~({"tab": "a", "keys": {"space.H": "px^2 + cso(x)"}})~"));
+    const std::string answer =
+        answer_to(request("POST", "/picture", R"~({"tab": "a", "keys": {"space.H": "px^2 + cso(x)"}})~"));
     EXPECT_EQ(status_of(answer), 422);
     EXPECT_NE(body_of(answer).find("space.H"), std::string::npos) << answer;
     expect_alive();

@@ -63,8 +63,7 @@ void check_rank_combination(const Arguments& arguments) {
     if (arguments.send_files && !arguments.mpi)
         throw InputError("--send-files sends files to the processes of --mpi; add --mpi, or leave --send-files out");
     if (!arguments.mpi) return;
-    if (!arguments.part.empty())
-        throw InputError("--part and --mpi both divide the picture; leave one of them out");
+    if (!arguments.part.empty()) throw InputError("--part and --mpi both divide the picture; leave one of them out");
     if (!arguments.pixel.empty()) throw InputError("--pixel traces one ray, in one process; leave --mpi out");
 }
 

@@ -6,6 +6,8 @@
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
+#include "parts/entry_journal.h"
+#include "parts/identity.h"
 #include "report/error/error_html.h"
 #include "report/error/error_json.h"
 #include "report/error/error_table.h"
@@ -31,6 +33,9 @@ void declare(CLI::App& app, Arguments& arguments) {
              "Measure only a few representative methods, which takes less than a minute. Excludes --full");
     add_flag(app, "--full", arguments.full,
              "Measure every method also with strategy scalar, one ray at a time. Excludes --quick");
+    add_flag(app, "--resume", arguments.resume,
+             "Keep the errors of finished steps in DIR/error.journal, and continue from it if it exists. Run times are "
+             "measured again, except with --quick. The journal is removed when the report is complete. Requires -o");
     add_json(app, arguments);
     add_execution(app, arguments, "1 for timed runs and the number of processors for other runs");
     add_messages(app, arguments);
@@ -67,6 +72,26 @@ ErrorStudy study_with_progress(const Plan& plan, const StudyOptions& options, co
         plan, options, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
 }
 
+/// Returns what must be the same for a study that continues. Its run times belong to one processor.
+Properties identity_of_study(const Plan& plan, const Options& options, const StudyOptions& study) {
+    Properties identity = identity_of(plan, options);
+    identity.insert(identity.end(), {{"the sample", std::to_string(study.width) + "x" + std::to_string(study.height)},
+                                     {"the extent of the study", study.quick  ? "--quick"
+                                                                 : study.full ? "--full"
+                                                                              : "the default"},
+                                     {"the number of threads", std::to_string(study.threads)}});
+    return identity;
+}
+
+/// Returns the storage of points in a journal.
+PointStore store_in(EntryJournal& journal) {
+    return {[&](const std::string& name) {
+                const Json* entry = journal.find(name);
+                return entry ? std::optional(entry->get<PointContent>()) : std::nullopt;
+            },
+            [&](const std::string& name, const PointContent& content) { journal.append(name, content); }};
+}
+
 void write_report(const std::string& directory, const Plan& plan, const ErrorStudy& study) {
     const auto write = [&](const char* name, const std::string& text) {
         write_text_file(path_in(directory, name), text);
@@ -79,7 +104,9 @@ void write_report(const std::string& directory, const Plan& plan, const ErrorStu
 
 int run(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
-    const StudyOptions requested = study_options(arguments, options);
+    StudyOptions requested = study_options(arguments, options);
+    if (arguments.resume && arguments.output.empty())
+        throw InputError("--resume keeps its journal in the directory of the report; state it with -o DIR");
     SceneDescription scene = scene_of(arguments, options);
     Options plan_options;  // --precision and --strategy select curves of the study; they do not apply to this plan.
     plan_options.isa = options.isa;
@@ -93,11 +120,17 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const std::string directory = report_directory(arguments, "error");
     const ReportDirectory report(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
                                  files_of(plan.description()));
+    std::optional<EntryJournal> journal;
+    if (arguments.resume) {
+        journal.emplace(path_in(directory, "error.journal"), identity_of_study(plan, options, requested));
+        requested.store = store_in(*journal);
+    }
     const ErrorStudy study = study_with_progress(plan, requested, terminal);
     write_report(directory, plan, study);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
     if (arguments.json != "-") write_output("-", [&](std::ostream& out) { out << error_text(study); });
+    if (journal && !study.interrupted) journal->remove();
     terminal.note((study.interrupted ? "interrupted; the results so far are in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;
 }

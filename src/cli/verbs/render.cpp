@@ -223,7 +223,9 @@ std::unique_ptr<FramePlans> sub_frames_of(const Arguments& arguments, const Opti
                                           const SceneDescription& scene, const Terminal& terminal) {
     if (!has_sub_frames(scene)) return nullptr;
     if (!arguments.part.empty() || arguments.resume || arguments.mpi)
-        throw InputError(std::string(arguments.mpi ? "--mpi" : arguments.resume ? "--resume" : "--part") +
+        throw InputError(std::string(arguments.mpi      ? "--mpi"
+                                     : arguments.resume ? "--resume"
+                                                        : "--part") +
                          " cannot be combined with "
                          "camera.shutter > 0, because all tiles are finished at the same time; render whole frames, or "
                          "state -D camera.shutter=0");
@@ -240,8 +242,8 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     const double time_limit = time_limit_of(arguments);
     check_files(arguments, options, scene, mapped, output);
     // The JSON and the attributes of an .exr file contain the error of H.
-    options.energy_error = job.part || ranks || arguments.resume || !arguments.json.empty() ||
-                           stores_all_layers(output);
+    options.energy_error =
+        job.part || ranks || arguments.resume || !arguments.json.empty() || stores_all_layers(output);
     if (arguments.resume) job.journal.emplace(journal_path(arguments, output));
     auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (!job.part) prepare_to_write(output);

@@ -100,8 +100,7 @@ public:
         wait(request);
         std::vector<std::string> texts;
         for (std::size_t i = 0; i < sizes.size(); ++i)
-            texts.push_back(
-                all.substr(static_cast<std::size_t>(begins[i]), static_cast<std::size_t>(sizes[i])));
+            texts.push_back(all.substr(static_cast<std::size_t>(begins[i]), static_cast<std::size_t>(sizes[i])));
         return texts;
     }
 

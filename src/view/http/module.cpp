@@ -19,8 +19,8 @@ namespace {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
-using boost::system::error_code;
 using asio::ip::tcp;
+using boost::system::error_code;
 
 /// What all connections share.
 struct Shared {
@@ -67,9 +67,8 @@ public:
         parser_->header_limit(static_cast<std::uint32_t>(shared_.limits.head_bytes));
         parser_->body_limit(shared_.limits.body_bytes);
         stream_.expires_after(std::chrono::seconds(shared_.limits.read_seconds));
-        http::async_read_header(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-            self->on_head(error);
-        });
+        http::async_read_header(stream_, buffer_, *parser_,
+                                [self = shared_from_this()](error_code error, std::size_t) { self->on_head(error); });
     }
 
 private:
@@ -131,7 +130,7 @@ private:
         stream_.expires_after(std::chrono::seconds(shared_.limits.write_seconds));
         http::async_write(stream_, *message_,
                           [self = shared_from_this(), sent = std::move(response.sent), keep_alive](error_code error,
-                                                                                                    std::size_t) {
+                                                                                                   std::size_t) {
                               self->message_.reset();
                               if (error) return self->close();
                               if (sent) sent();

@@ -14,9 +14,7 @@ constexpr std::uint64_t most_corners = 5'000'000;
 
 using Float3 = std::array<float, 3>;
 
-float distance_of(const Float3& a, const Float3& b) {
-    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
+float distance_of(const Float3& a, const Float3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
 /// The corners of a block as a grid.
 struct Corners {
@@ -116,8 +114,10 @@ void CubeRow::set(const Double3& first, const Double3& step, std::uint32_t count
         const float x = begin[0] + n * by[0], y = begin[1] + n * by[1], z = begin[2] + n * by[2], ax = std::abs(x),
                     ay = std::abs(y), az = std::abs(z);
         const bool x_is_greatest = (ax >= ay) & (ax >= az), z_is_greatest = !x_is_greatest & (az > ay);
-        const float normal = x_is_greatest ? x : z_is_greatest ? z : y, across = x_is_greatest ? y : x,
-                    along = z_is_greatest ? y : z, inverse = 1 / std::abs(normal);
+        const float normal = x_is_greatest   ? x
+                             : z_is_greatest ? z
+                                             : y,
+                    across = x_is_greatest ? y : x, along = z_is_greatest ? y : z, inverse = 1 / std::abs(normal);
         const std::uint32_t axis = x_is_greatest ? 0 : z_is_greatest ? 4 : 2;
         s[i] = std::min(std::max((across * inverse + 1) * half, 0.0f), last);
         t[i] = std::min(std::max((along * inverse + 1) * half, 0.0f), last);
@@ -170,8 +170,8 @@ void DirectionMap::refine(const Plan& plan, const std::vector<std::uint32_t>& bl
         for (const std::uint32_t index : blocks) {
             const MapBlock& block = blocks_[index];
             const bool can_refine = block.cells < most_cells && block_width / block.cells > least_width;
-            const bool is_inexact = std::any_of(block.error.begin(), block.error.end(),
-                                                [&](float error) { return error > max_error; });
+            const bool is_inexact =
+                std::any_of(block.error.begin(), block.error.end(), [&](float error) { return error > max_error; });
             const bool is_coarse = block.cells == 0 || (can_refine && is_inexact);
             if (is_coarse) coarse.push_back(index);
         }

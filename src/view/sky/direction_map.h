@@ -25,8 +25,8 @@ Double3 direction_of(std::uint32_t block, double s, double t);
 
 /// A block of cells.
 struct MapBlock {
-    std::uint32_t cells = 0;           ///< Number of cells along an edge; 0: the block has no rays yet.
-    std::vector<SkyEnd> corners;       ///< (cells + 1)² ends of rays, row by row.
+    std::uint32_t cells = 0;      ///< Number of cells along an edge; 0: the block has no rays yet.
+    std::vector<SkyEnd> corners;  ///< (cells + 1)² ends of rays, row by row.
     /// For each cell, the estimated error of the direction in radians; infinity if the rays of the cell must be traced.
     std::vector<float> error;
     std::vector<float> magnification;  ///< For each cell, angle on the sky per length on the face of the cube.

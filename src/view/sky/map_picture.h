@@ -8,9 +8,9 @@ namespace kagero {
 /// A picture in 8-bit sRGB, and what is known about its rays.
 struct MapPicture {
     std::vector<unsigned char> rgb;
-    std::uint64_t traced = 0;    ///< Rays that were traced for this picture, for the map and for single pixels.
-    double max_error = 0;        ///< Greatest estimated error of an interpolated direction, in pixels.
-    double p99_error = 0;        ///< The error that 99 % of the interpolated pixels do not exceed.
+    std::uint64_t traced = 0;  ///< Rays that were traced for this picture, for the map and for single pixels.
+    double max_error = 0;      ///< Greatest estimated error of an interpolated direction, in pixels.
+    double p99_error = 0;      ///< The error that 99 % of the interpolated pixels do not exceed.
     double trace_seconds = 0, shade_seconds = 0;
 };
 

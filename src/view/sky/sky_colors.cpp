@@ -14,8 +14,11 @@ namespace {
 inline float angle_of(float y, float x) {
     const float ax = std::abs(x), ay = std::abs(y), greater = std::max(std::max(ax, ay), 1e-30f),
                 ratio = std::min(ax, ay) / greater, square = ratio * ratio;
-    float angle = ratio * (0.99997726f + square * (-0.33262347f + square * (0.19354346f + square * (-0.11643287f +
-                           square * (0.05265332f - square * 0.01172120f)))));
+    float angle =
+        ratio *
+        (0.99997726f +
+         square * (-0.33262347f +
+                   square * (0.19354346f + square * (-0.11643287f + square * (0.05265332f - square * 0.01172120f)))));
     const auto pi = std::numbers::pi_v<float>;
     angle = ay > ax ? pi / 2 - angle : angle;
     angle = x < 0 ? pi - angle : angle;
@@ -51,9 +54,9 @@ void add_texture(const SkyRow& row, SkyEnd::Kind kind, const LoadedPaint& paint,
         for (std::size_t i = 0; i < row.kind.size(); ++i) {
             if (row.kind[i] != kind) continue;
             const std::size_t level = level_of(row.footprint[i] * inverse_texel, paint.coarser->size());
-            const auto color = level == 0 ? texture_color(texels, row.u[i], row.v[i], repeat_along_u)
-                                          : texture_color(texels_of((*paint.coarser)[level - 1]), row.u[i], row.v[i],
-                                                          repeat_along_u);
+            const auto color =
+                level == 0 ? texture_color(texels, row.u[i], row.v[i], repeat_along_u)
+                           : texture_color(texels_of((*paint.coarser)[level - 1]), row.u[i], row.v[i], repeat_along_u);
             std::copy(color.begin(), color.end(), &colors[3 * i]);
         }
     });

@@ -15,9 +15,9 @@ namespace kagero {
 
 /// A request: its head, and its body once that is complete.
 struct WebRequest {
-    std::string method;  ///< Such as "GET".
-    std::string target;  ///< Path and query, such as "/picture?token=0".
-    std::string host;    ///< The header Host; "" if there is none, or more than one.
+    std::string method;                             ///< Such as "GET".
+    std::string target;                             ///< Path and query, such as "/picture?token=0".
+    std::string host;                               ///< The header Host; "" if there is none, or more than one.
     std::optional<std::string> origin, fetch_site;  ///< The headers Origin and Sec-Fetch-Site.
     std::string body;
 };

@@ -13,8 +13,8 @@ struct EndDerivatives {
 
 /// Returns an error of a ray end, in pixels. Where one pixel of the picture covers more than `pixel_size`, the size of
 /// a pixel of straight rays, the error is the displacement on the picture that changes the end by `error`. In the other
-/// directions, it is the error divided by `pixel_size`: where the light is magnified, a point of the picture can show
-/// the same end as many others.
+/// directions, it is the error divided by `pixel_size`, because the derivatives can vanish there. No displacement would
+/// then cause the error.
 double displacement_in_pixels(const EndDerivatives& derivatives, const Double3& error, double pixel_size);
 
 }  // namespace kagero

@@ -20,8 +20,8 @@ struct PixelCell {
 /// Edge of the smallest cells, in pixels. In smaller cells, half of the rays would be nodes and tests.
 constexpr std::uint32_t smallest_cell = 8;
 
-/// Returns the edge of the largest cells, in pixels. The built-in spaces have no features that are smaller than the
-/// distances of the nodes of 32 pixels and yet leave their ends unchanged. A formula can have such features.
+/// Returns the edge of the largest cells, in pixels. A formula can contain a feature so narrow that it bends no ray of
+/// the nodes of a cell of 32 × 32 pixels. The built-in spaces contain no such feature.
 std::uint32_t largest_cell_of(const Plan& plan) { return plan.description().space.formula ? 8 : 32; }
 
 /// The sampling of one tile.
@@ -38,9 +38,10 @@ public:
     void sample(Counters& counters, const CancelToken& cancel) {
         prepare();
         std::vector<PixelCell> cells = largest_cells(), tested, divided;
-        while (!cells.empty() && !cancel()) {
+        while (!cells.empty()) {
             request_nodes(cells);
             nodes_.trace(counters);
+            if (cancel()) return;  // the ends of a cancelled trace are undefined
             tested.clear();
             divided.clear();
             for (PixelCell& cell : cells) {
@@ -50,6 +51,7 @@ public:
             }
             for (const PixelCell& cell : tested) request_tests(cell);
             nodes_.trace(counters);
+            if (cancel()) return;
             for (const PixelCell& cell : tested)
                 if (!interpolate(cell)) divided.push_back(cell);
             cells.clear();

@@ -258,6 +258,26 @@ TEST(AdaptiveSampling, DoesNotDependOnCropsAndThreads) {
         }
 }
 
+// A cancelled kernel leaves the ends of its rays undefined, so no end may be examined after it.
+TEST(AdaptiveSampling, EndsIfItIsCancelled) {
+    for (const char* scene : {"hole.toml", "room.toml"})
+        for (int allowed_calls = 0; allowed_calls < 12; ++allowed_calls) {
+            const auto plan = plan_of_file(scene_file(scene), with_camera({"integrator.step=0.001"}));
+            int calls = 0;
+            std::pair<int*, int> limit{&calls, allowed_calls};
+            const CancelToken cancel{[](void* user) {
+                                         auto& [counter, allowed] = *static_cast<std::pair<int*, int>*>(user);
+                                         return ++*counter > allowed;
+                                     },
+                                     &limit};
+            TracedRays rays;
+            AdaptiveSamples samples;
+            Counters counters{};
+            sample_tile(*plan, plan->job(), {0, 0, 64, 64}, bound, rays, samples, counters, cancel);
+            EXPECT_GT(calls, allowed_calls) << scene;
+        }
+}
+
 /// Overrides with which a scene cannot be sampled adaptively, and a part of the reason.
 struct RefusedCase {
     const char* scene;

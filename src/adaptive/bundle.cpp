@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace kagero {
 namespace {
@@ -54,23 +55,31 @@ double distance_in_clear_box(const ClearanceGrid& grid, const Double3& q) {
 }  // namespace
 
 bool keeps_clear(const Bundle& bundle, const Geometry& geometry, const std::optional<Face>& end_face) {
-    constexpr double margin = 1.25;        // radius of the ball, divided by the distance to the farthest corner ray
+    constexpr double margin = 1.25;        // radius of the ball, divided by the distance to the farthest outer ray
+    constexpr double bend_margin = 2;      // addition to the radius, divided by the bend of the bundle
     constexpr double advance_share = 0.8;  // because the radius can grow along the ray
     constexpr int max_positions = 256;
     if (bundle.middle.size() < 2) return false;
     PathCursor middle(bundle.middle);
-    std::array<PathCursor, 4> corners{PathCursor(bundle.corners[0]), PathCursor(bundle.corners[1]),
-                                      PathCursor(bundle.corners[2]), PathCursor(bundle.corners[3])};
-    for (const auto& corner : bundle.corners)
-        if (corner.size() < 2) return false;
+    std::vector<PathCursor> outer;
+    for (const auto& path : bundle.outer) {
+        if (path.size() < 2) return false;
+        outer.emplace_back(path);
+    }
     double at = 0;
     for (int i = 0; i < max_positions; ++i) {
         const double fraction = std::min(at / middle.length(), 1.0);
         BundleSlice slice{{middle.position(fraction)}, 0};
-        for (std::size_t k = 0; k < 4; ++k) {
-            slice.points[1 + k] = corners[k].position(fraction);
-            slice.radius = std::max(slice.radius, margin * length(subtract(slice.points[1 + k], slice.points[0])));
+        double widest = 0, bend = 0;  // distances of an outer ray, and of the mean of two opposite ones, to the middle
+        for (std::size_t k = 0; k < 8; ++k) {
+            slice.points[1 + k] = outer[k].position(fraction);
+            widest = std::max(widest, length(subtract(slice.points[1 + k], slice.points[0])));
         }
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Double3 mean = scaled(add(slice.points[1 + k], slice.points[8 - k]), 0.5);
+            bend = std::max(bend, length(subtract(mean, slice.points[0])));
+        }
+        slice.radius = margin * widest + bend_margin * bend;
         if (fraction == 1) return true;
         double gap =
             geometry.clearance ? distance_in_clear_box(*geometry.clearance, slice.points[0]) - slice.radius : 0;

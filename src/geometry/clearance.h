@@ -31,9 +31,9 @@ struct Face {
 /// of Embree's single-precision bounding boxes.
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
 
-/// Points of neighbouring rays: of the ray in the middle, and of those at the four corners of a cell of the picture.
+/// Points of neighbouring rays: of the ray in the middle of a cell of the picture, and of eight around it.
 struct BundleSlice {
-    std::array<Double3, 5> points;  ///< The middle is the first point.
+    std::array<Double3, 9> points;  ///< The middle is the first point.
     double radius;                  ///< The ball of this radius around the middle contains all points between them.
 };
 

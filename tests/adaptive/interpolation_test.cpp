@@ -89,8 +89,9 @@ TEST(GapToSurfaces, IsALowerBoundForAllPointsOfTheSlice) {
     for (int round = 0; round < 2000; ++round) {
         const Double3 origin = random_point(random), u = scaled(random_point(random), 0.2),
                       v = scaled(random_point(random), 0.2);
-        BundleSlice slice{{add(origin, scaled(add(u, v), 0.5)), origin, add(origin, u), add(origin, v),
-                           add(origin, add(u, v))},
+        const auto at = [&](double a, double b) { return add(origin, add(scaled(u, a), scaled(v, b))); };
+        BundleSlice slice{{at(0.5, 0.5), at(0, 0), at(0.5, 0), at(1, 0), at(0, 0.5), at(1, 0.5), at(0, 1), at(0.5, 1),
+                           at(1, 1)},
                           0};
         for (const Double3& q : slice.points)
             slice.radius = std::max(slice.radius, length(subtract(q, slice.points[0])));
@@ -111,7 +112,8 @@ TEST(GapToSurfaces, LeavesOutTheIgnoredFace) {
     const auto plan = plan_of_text(two_surfaces, {});
     const Geometry& geometry = *plan->scene->geometry->kernel_view();
     const Double3 on_square{0.45, 0.45, 0.55};
-    BundleSlice slice{{on_square, on_square, on_square, on_square, on_square}, 0};
+    BundleSlice slice{};
+    slice.points.fill(on_square);
     EXPECT_NEAR(gap_to_surfaces(geometry, slice, 1, {}), 0, 1e-6);
     const double to_ball = length(subtract(on_square, {0.7, 0.2, 0.6})) - 0.1;
     EXPECT_NEAR(gap_to_surfaces(geometry, slice, 1, plan->scene->geometry->face_of(0, 1)), to_ball, 1e-6);

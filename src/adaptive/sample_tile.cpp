@@ -174,8 +174,8 @@ private:
     bool is_clear(const PixelCell& cell) const {
         const RayEnd& middle = nodes_.end(node(cell, 4));
         const auto path = [&](std::uint32_t i) { return nodes_.path(node(cell, i)); };
-        return keeps_clear({path(4), {path(0), path(1), path(2), path(3), path(5), path(6), path(7), path(8)}}, *geometry_,
-                           middle.status == Status::hit ? std::optional(face_of(middle)) : std::nullopt);
+        return keeps_clear({path(4), {path(0), path(1), path(2), path(3), path(5), path(6), path(7), path(8)}},
+                           *geometry_, middle.status == Status::hit ? std::optional(face_of(middle)) : std::nullopt);
     }
     /// Interpolates the ends in a cell whose nodes end alike. Returns false if this is not accurate enough.
     bool interpolate(const PixelCell& cell) {

@@ -40,6 +40,7 @@ struct Plan {
     std::optional<PrecisionTrial> precision_trial;  ///< Set by a function of src/tuning.
     Decisions decisions;                            ///< The decisions that `explain` prints.
     std::vector<std::string> remarks;               ///< Notes for the user about the scene, one line each.
+    double trial_operations = 0;                    ///< Operations of the trial that chose the step bound.
     double load_seconds = 0;                        ///< Time for loading the scene and making the plan.
 
     /// Returns the plan of a medium: this plan for 0, the space of the scene.

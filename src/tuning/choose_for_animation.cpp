@@ -53,7 +53,7 @@ Plan tuned_with_method(const TrialFrame& frame, const Plan& other, const Options
     description.integrator.method = other.method().name;
     description.integrator.method_location = FileLocation{description.path, 0, 0};
     Plan plan = make_plan(std::move(description), options, Purpose::picture, frame.plan.scene.get());
-    return choose_method(choose_step_bound(std::move(plan), options, Purpose::picture), control);
+    return choose_method(choose_step_bound(std::move(plan), options, Purpose::picture, control), control);
 }
 
 /// Adds the result of the trial of one frame to those of the frames before.
@@ -189,7 +189,7 @@ std::uint32_t seed_of_sample(std::uint32_t seed, std::uint32_t sample) {
 bool has_changing_frames(const SceneDescription& scene) { return scene.animation && !scene.animation->keys.empty(); }
 
 Plan plan_of_frame(const SceneDescription& scene, double frame, const Options& options, const Scene* earlier,
-                   std::optional<std::uint32_t> sample) {
+                   std::optional<std::uint32_t> sample, const RunControl& control) {
     SceneDescription description = load_frame(scene, catalogue(options.isa), frame);
     const std::uint32_t spp = description.film.spp, seed = description.film.seed;
     if (sample) {
@@ -198,7 +198,7 @@ Plan plan_of_frame(const SceneDescription& scene, double frame, const Options& o
     }
     try {
         Plan plan = make_plan(std::move(description), options, Purpose::picture, earlier);
-        plan = choose_step_bound(std::move(plan), options, Purpose::picture);
+        plan = choose_step_bound(std::move(plan), options, Purpose::picture, control);
         if (sample) {
             const auto [x, y] = sample_position(0, 0, *sample, spp, seed);
             plan = with_displaced_rays(std::move(plan), x - 0.5, y - 0.5);
@@ -216,7 +216,7 @@ AnimationChoice choose_for_animation(const SceneDescription& scene, const Option
     const std::vector<double> numbers = frames_of_trial(scene.animation->frames);
     frames.reserve(numbers.size());
     for (const double number : numbers) {
-        Plan plan = plan_of_frame(scene, number, options, earlier);
+        Plan plan = plan_of_frame(scene, number, options, earlier, {}, control);
         frames.push_back({number, plan, choose_by_trial(plan, control)});
         earlier = frames.back().plan.scene.get();
     }

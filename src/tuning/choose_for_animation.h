@@ -23,9 +23,10 @@ bool has_changing_frames(const SceneDescription& scene);
 
 /// Returns the plan of a frame with its step bound, before the choices of trials. `earlier`, if not null, is the scene
 /// of another frame (see make_scene). `sample`, if stated, is one of film.spp samples: the plan then has one ray per
-/// pixel, which is the same ray of all pixels. Throws InputError, which names the frame.
+/// pixel, which is the same ray of all pixels. Throws InputError, which names the frame, and Interrupted if `control.stop` is
+/// set.
 Plan plan_of_frame(const SceneDescription& scene, double frame, const Options& options, const Scene* earlier = nullptr,
-                   std::optional<std::uint32_t> sample = {});
+                   std::optional<std::uint32_t> sample = {}, const RunControl& control = {});
 
 /// Traces trial rays in the first, the middle and the last frame of an animation. Chooses the method of the frame whose
 /// choice needs the most operations per ray, and the smallest of its steps or tolerances that the frames need. Chooses

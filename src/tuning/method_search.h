@@ -26,7 +26,7 @@ public:
     static constexpr double reference_value_weight = 1e-3;
 
     MethodSearch(const Plan& plan, double bound, const RunControl& control)
-        : plan_(plan), bound_(bound), control_(control) {}
+        : plan_(plan), bound_(bound), control_(control), spent_(plan.trial_operations) {}
 
     /// Traces the reference and all candidates. Sets `best` and `failure_reason`. Throws Interrupted if the caller
     /// cancels the trial.
@@ -60,7 +60,7 @@ private:
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     bool may_use_float_ = false;
     Precision precision_ = Precision::float64;  ///< Precision in which candidates are measured.
-    double spent_ = 0, budget_ = 0;  ///< Operations.
+    double spent_, budget_ = 0;  ///< Operations. Those of the trial that chose the step bound are spent, too.
     /// Operations per ray of the reference's method, and of the confirming method with the coarser tolerance.
     double reference_operations_ = 0, confirming_operations_ = 0;
     SampleRays sample_;

@@ -3,6 +3,7 @@
 #include "accuracy/ray_errors.h"
 #include "error.h"
 #include "rays/camera.h"
+#include "render/operation_count.h"
 #include "render/trace.h"
 #include "scene/vector3.h"
 
@@ -75,7 +76,7 @@ bool agree(const RayEnd& a, const RayEnd& b, double escape_radius) {
 
 }  // namespace
 
-Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose) {
+Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose, const RunControl& control) {
     const auto& formula = plan.description().space.formula;
     if (!formula || formula->parsed.length_scale >= 0 || !plan.method().adaptive || plan.scene->straight) return plan;
     const double escape_radius = plan.description().integrator.escape_radius;
@@ -87,7 +88,9 @@ Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose) {
         bounded.run.max_step_length = share * escape_radius;
         bounded.run.max_steps = max_bound_steps;
         std::vector<RayEnd> ends;
-        trace(bounded, starts, ends);
+        const RunReport report = trace(bounded, starts, ends, {.stop = control.stop});
+        if (report.interrupted) throw Interrupted();
+        plan.trial_operations += operations_of(bounded, report.counters);
         return ends;
     };
     const std::vector<RayEnd> expected = ends_with(smallest_share);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/plan.h"
+#include "render/run_report.h"
 
 namespace kagero {
 
@@ -9,8 +10,8 @@ namespace kagero {
 /// method with step control passes over a feature that is narrower than its steps. Therefore rays are traced with
 /// bounds that decrease from infinity to a small fraction of the escape radius. The result is the greatest bound whose
 /// ray ends agree with those of the smallest bound. The rays are a grid of the film's rays and, for a ray list, also
-/// rays through the region of the camera; the rays of the list have no influence. Returns the plan unchanged for all
-/// other spaces.
-Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose);
+/// rays through the region of the camera; the rays of the list have no influence. Plan::trial_operations counts the
+/// operations. Returns the plan unchanged for all other spaces. Throws Interrupted if `control.stop` is set.
+Plan choose_step_bound(Plan plan, const Options& options, Purpose purpose, const RunControl& control = {});
 
 }  // namespace kagero

@@ -109,7 +109,7 @@ std::shared_ptr<const Plan> PictureMaker::full_plan(const ViewState& state, cons
     with_one_ray.quality = Quality::full;
     // Further rays per pixel are traced as the first one, without another trial.
     const auto of_one_ray = kept_plan(all_keys(with_one_ray));
-    plan = of_one_ray ? with_choice(choose_step_bound(std::move(plan), scene_.options, Purpose::picture),
+    plan = of_one_ray ? with_choice(choose_step_bound(std::move(plan), scene_.options, Purpose::picture, control),
                                     choice_of(*of_one_ray), control)
                       : tune(std::move(plan), scene_.options, Purpose::picture, control);
     tuned_ = std::make_shared<const Plan>(std::move(plan));
@@ -134,7 +134,7 @@ Plan PictureMaker::moving_plan(const ViewState& state, LivePicture& picture, con
     } else {
         RunControl control;
         control.stop = &stop;
-        plan = choose_step_bound(std::move(plan), scene_.options, Purpose::picture);
+        plan = choose_step_bound(std::move(plan), scene_.options, Purpose::picture, control);
         plan = with_choice(std::move(plan), choice_of(*tuned_), control);
         picture.reuse = "method of the last whole picture";
     }
@@ -253,7 +253,8 @@ LivePicture PictureMaker::make_first(ViewState state, const std::atomic<bool>& s
     LivePicture picture;
     const auto begin = steady_clock::now();
     Plan plan = make_plan(description_of_moment(scene_, state), scene_.options);
-    picture.plan = std::make_shared<const Plan>(choose_step_bound(std::move(plan), scene_.options, Purpose::picture));
+    plan = choose_step_bound(std::move(plan), scene_.options, Purpose::picture, {.stop = &stop});
+    picture.plan = std::make_shared<const Plan>(std::move(plan));
     picture.plan_seconds = Seconds(steady_clock::now() - begin).count();
     picture.reduction = reduction;
     render_film(picture, max_moving_seconds, stop);

@@ -8,6 +8,7 @@
 #include "tuning/choose_method.h"
 #include "tuning/precision.h"
 #include "tuning/resolve.h"
+#include "tuning/step_bound.h"
 
 #include <nlohmann/json.hpp>
 
@@ -46,6 +47,30 @@ TEST_F(MaxPixelError, TrialsCanBeInterrupted) {
     EXPECT_THROW(choose_precision(*plan, &stop), Interrupted);
     EXPECT_THROW(choose_by_trial(*plan, {.stop = &stop}), Interrupted);
     EXPECT_TRUE(choose_by_trial(*plan).method_trial->bound_met);
+}
+
+// The trial that finds the step bound of a formula ends if the caller sets `stop`. Its operations are part of the third
+// of the picture's operations that all trials together may need.
+TEST_F(MaxPixelError, TheTrialOfAStepBoundCanBeInterruptedAndIsCounted) {
+    const auto plan = plan_of_text(R"toml([space]
+hamiltonian = "formula"
+H = "0.5*(px^2 + py^2 + pz^2 - 1 - exp(-(x^2 + y^2 + z^2)))"
+[integrator]
+escape_radius = 20
+[camera]
+position = [-5, 0, 0]
+look_at = [0, 0, 0]
+up = [0, 0, 1]
+[film]
+size = [32, 32]
+)toml", {});
+    const std::atomic<bool> stop = true;
+    EXPECT_THROW(choose_step_bound(*plan, {}, Purpose::picture, {.stop = &stop}), Interrupted);
+    Plan bounded = choose_step_bound(*plan, {}, Purpose::picture);
+    EXPECT_GT(bounded.trial_operations, 0);
+    EXPECT_TRUE(choose_method(bounded).method_trial->bound_met);
+    bounded.trial_operations = 1e18;  // more than any picture permits
+    EXPECT_NE(choose_method(bounded).method_trial->failure_reason.find("operations"), std::string::npos);
 }
 
 // A camera with zero angular momentum close to the horizon of a fast spinning hole. Rays wind around it many times, so

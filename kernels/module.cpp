@@ -307,6 +307,7 @@ const Module module{
     .abi = abi_version,
     .isa = KAGERO_ISA,
     .compiler = "" __VERSION__,
+    .flags = KAGERO_FLAGS,
     .hamiltonians = hamiltonian_infos, .hamiltonian_count = std::size(hamiltonian_infos),
     .integrators = integrator_infos.data(), .integrator_count = integrator_infos.size(),
     .kernels = kernels.list,

@@ -2,6 +2,7 @@
 
 #include "plan/names.h"
 #include "report/json.h"
+#include "report/machine.h"
 #include "report/text/numbers.h"
 
 #include <algorithm>
@@ -21,7 +22,11 @@ Json row_json(const CompareRow& row, unsigned threads) {
             {"registers", kernel.registers},
             {"shape", row.shape},
             {"threads", threads},
-            {"seconds", {{"median", row.seconds.median}, {"min", row.seconds.min}, {"max", row.seconds.max}}},
+            {"seconds",
+             {{"median", row.seconds.median},
+              {"min", row.seconds.min},
+              {"max", row.seconds.max},
+              {"samples", row.samples}}},
             {"mrays_per_s", 1e-6 * row.rays_per_second},
             {"speedup", row.speedup},
             {"lane_occupancy", row.rendered ? Json(row.occupancy) : Json()},
@@ -66,6 +71,8 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
     Json rows = Json::array(), left_out = Json::array();
     for (const CompareRow& row : comparison.rows) rows.push_back(row_json(row, options.threads));
     for (const auto& [what, why] : comparison.left_out) left_out.push_back({{"what", what}, {"why", why}});
+    Json flags = Json::object();
+    for (const auto& [isa, options_of_compiler] : comparison.flags) flags[isa] = options_of_compiler;
     const Json json{{"rows", rows},
                     {"scene", scene.path},
                     {"width", scene.film.width},
@@ -73,7 +80,11 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
                     {"rays", comparison.rays},
                     {"rounds", comparison.rounds},
                     {"equal_error", options.equal_error > 0 ? Json(options.equal_error) : Json()},
+                    {"baseline", options.baseline.empty() ? Json() : Json(options.baseline)},
+                    {"version", KAGERO_VERSION},
+                    {"processor", processor_name()},
                     {"compiler", comparison.compiler},
+                    {"flags", flags},
                     {"left_out", left_out},
                     {"interrupted", comparison.interrupted},
                     {"remarks", comparison.remarks}};
@@ -100,8 +111,8 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
     text += "\n";
     text += rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
             (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
-            " interleaved rounds. Times are medians; speedup is the median ratio to scalar double on the same "
-            "instruction set. " +
+            " interleaved rounds. Times are medians; speedup is the median ratio to scalar double on " +
+            (options.baseline.empty() ? "the same instruction set. " : options.baseline + ". ") +
             (options.equal_error > 0 ? "Each row uses its cheapest method with an error of at most " +
                                            shortest(options.equal_error) + " pixel for 99 % of the rays.\n"
              : options.methods.size() > 1 ? "Each method uses the step of the scene, or its tolerance if it has step "

@@ -4,12 +4,12 @@
 #include "error.h"
 #include "plan/names.h"
 #include "scene/reader.h"
+#include "study/compared_kernels.h"
 #include "study/equal_error.h"
 
 #include <algorithm>
 #include <chrono>
 #include <map>
-#include <set>
 
 namespace kagero {
 namespace {
@@ -21,11 +21,6 @@ struct TimedRow {
     std::size_t baseline = 0;     ///< Index of the row of the baseline.
     std::vector<double> seconds;  ///< Time to render the picture in each round.
 };
-
-/// Returns true for the scalar kernel in double without auto-vectorization.
-bool is_baseline(const KernelInfo& kernel) {
-    return kernel.strategy == Strategy::scalar && kernel.form == Form::none && kernel.precision == Precision::float64;
-}
 
 /// Returns the arrangement of a packet's pixels as WIDTHxHEIGHT. For a gang of N packets, returns "N of WIDTHxHEIGHT".
 /// With `scanlines`, a packet covers adjacent pixels of one row of the picture.
@@ -49,7 +44,10 @@ public:
     Comparer(const SceneDescription& scene, const CompareOptions& options, const Progress& progress,
              const std::atomic<bool>* stop)
         : options_(options), progress_(progress), stop_(stop), begin_(std::chrono::steady_clock::now()) {
-        for (const std::string& isa : options.isas) add_plan(scene, isa);
+        // The instruction set of the baseline comes first, because the other rows refer to its rows.
+        if (!options.baseline.empty()) add_plan(scene, options.baseline);
+        for (const std::string& isa : options.isas)
+            if (isa != options.baseline) add_plan(scene, isa);
     }
     Comparison run() {
         choose_rows();
@@ -73,7 +71,9 @@ private:
         options.isa = isa;
         options.threads = options_.threads;
         plans_.push_back(make_plan(std::move(scene), options));
-        result_.compiler = plans_.back().module().compiler;
+        const Module& module = plans_.back().module();
+        result_.compiler = module.compiler;
+        result_.flags.push_back({module.isa, module.flags});
         if (plans_.size() > 1) return;
         result_.remarks = plans_.front().remarks;
         if (plans_.front().description().integrator.max_pixel_error > 0)
@@ -81,13 +81,10 @@ private:
                 "integrator.max_pixel_error has no effect on `kagero compare`; use --equal-error to compare kernels at "
                 "equal error");
     }
-    bool is_selected(const KernelInfo& kernel) const;
     void choose_rows();
     void add_rows_with_method(const Plan& plan, const std::string& method);
     void add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates);
-    void add_rows_of_kernel(const Plan& plan, const Variant& variant, std::size_t& baseline);
-    void check_lanes() const;
-    void check_selection() const;
+    void add_rows_of_kernel(const Plan& plan, const Variant& variant, const std::string& baseline);
     void check_method(const Plan& plan, const std::string& method) const;
     RunReport render_row(const TimedRow& timed, Film& film) const;
     void compare_pictures();
@@ -100,58 +97,15 @@ private:
     const std::chrono::steady_clock::time_point begin_;
     std::vector<Plan> plans_;
     std::vector<TimedRow> rows_;
+    std::map<std::string, std::size_t> baselines_;  ///< Index of the newest baseline for each method.
     Comparison result_;
 };
 
-/// Returns true if the options select the kernel.
-bool Comparer::is_selected(const KernelInfo& kernel) const {
-    if (options_.strategy && kernel.strategy != *options_.strategy) return false;
-    if (options_.precision && kernel.precision != *options_.precision) return false;
-    if (kernel.strategy == Strategy::per_ray) return true;
-    // Without --lanes, gangs are compared only if they have more lanes than the largest packet.
-    constexpr std::uint32_t max_packet_lanes = 64;  // four registers of sixteen floats
-    if (options_.lanes.empty()) return kernel.form != Form::gang || kernel.lanes > max_packet_lanes;
-    return std::count(options_.lanes.begin(), options_.lanes.end(), kernel.lanes) > 0;
-}
-
-/// Returns a kernel's instruction set, strategy, form, precision and lanes as text.
-std::string describe_kernel(const Plan& plan, const KernelInfo& kernel) {
-    std::string text = std::string(plan.module().isa) + " " + name_of(kernel.strategy);
-    if (kernel.form != Form::none) text += std::string(" ") + name_of(kernel.form);
-    return text + " " + name_of(kernel.precision) + ", " + std::to_string(kernel.lanes) + " lanes";
-}
-
-/// Throws InputError if no kernel has a requested number of lanes.
-void Comparer::check_lanes() const {
-    std::set<std::uint32_t> existing;
-    for (const Plan& plan : plans_)
-        for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i) existing.insert(plan.module().kernels[i].lanes);
-    for (const std::uint32_t lanes : options_.lanes) {
-        if (existing.count(lanes)) continue;
-        std::string text;
-        for (const std::uint32_t n : existing) append_to_list(text, std::to_string(n));
-        throw InputError("--lanes: no kernel has " + std::to_string(lanes) +
-                         " lanes; kernels exist with these numbers of lanes: " + text);
-    }
-}
-
-/// Throws InputError if no kernel has the requested strategy, precision and lanes.
-void Comparer::check_selection() const {
-    for (const Plan& plan : plans_)
-        for (std::uint32_t i = 0; i < plan.module().kernel_count; ++i)
-            if (is_selected(plan.module().kernels[i])) return;
-    std::string requested;
-    if (options_.strategy) append_to_list(requested, std::string("strategy ") + name_of(*options_.strategy));
-    if (options_.precision) append_to_list(requested, name_of(*options_.precision));
-    for (const std::uint32_t lanes : options_.lanes)
-        append_to_list(requested, std::to_string(lanes) + (lanes == 1 ? " lane" : " lanes"));
-    throw InputError(requested + ": no kernel has these properties; `kagero list strategies` shows all kernels");
-}
-
 /// Adds the rows of all selected kernels and methods.
 void Comparer::choose_rows() {
-    check_lanes();
-    check_selection();
+    std::vector<const Module*> modules;
+    for (const Plan& plan : plans_) modules.push_back(&plan.module());
+    check_selection(modules, options_);
     if (options_.equal_error > 0) {
         const Candidates candidates = find_candidates(plans_.front(), options_.equal_error, stop_);
         for (const Plan& plan : plans_) add_rows_with_cheapest_methods(plan, candidates);
@@ -177,73 +131,55 @@ void Comparer::check_method(const Plan& plan, const std::string& method) const {
                          why);
 }
 
-/// Returns the module's kernels, sorted by strategy, precision and lanes, with the baseline first.
-std::vector<const KernelInfo*> baseline_first(const Module& module) {
-    std::vector<const KernelInfo*> kernels;
-    for (std::uint32_t i = 0; i < module.kernel_count; ++i) kernels.push_back(&module.kernels[i]);
-    std::stable_sort(kernels.begin(), kernels.end(), [](const KernelInfo* a, const KernelInfo* b) {
-        const auto sort_key = [](const KernelInfo& k) {
-            return std::array{int(!is_baseline(k)), int(k.strategy), int(k.precision), int(k.lanes)};
-        };
-        return sort_key(*a) < sort_key(*b);
-    });
-    return kernels;
-}
-
 /// Adds the rows of the selected kernels, all with the same method.
 void Comparer::add_rows_with_method(const Plan& plan, const std::string& method) {
     check_method(plan, method);
-    std::size_t baseline = rows_.size();
-    for (const KernelInfo* kernel : baseline_first(plan.module())) {
-        if (!is_baseline(*kernel) && !is_selected(*kernel)) continue;
+    for (const KernelInfo* kernel : compared_kernels(plan.module(), options_)) {
         auto variant = find_variant(plan, method, *kernel, 0);
         if (!variant) {
             const auto integrator =
                 find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
             const char* why = refusal_of(*plan.scene, *kernel, {integrator, plan.run.method.rescaled});
             result_.left_out.push_back(
-                {describe_kernel(plan, *kernel) + ", " + method, why ? why : "it does not support the method"});
+                {describe_kernel(plan.module(), *kernel) + ", " + method, why ? why : "it does not support the method"});
             continue;
         }
         const IntegratorDescription& scene = plan.description().integrator;
         variant->step = info_of(plan, *variant).adaptive ? plan.run.tolerance
                         : scene.step_location            ? kernel_step(plan, *variant, scene.step)
                                                          : equivalent_step(plan, *variant);
-        add_rows_of_kernel(plan, *variant, baseline);
+        add_rows_of_kernel(plan, *variant, method);
     }
 }
 
 /// Adds the rows of the selected kernels, each with the cheapest of the candidates for this kernel.
 void Comparer::add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates) {
-    std::size_t baseline = rows_.size();
-    for (const KernelInfo* kernel : baseline_first(plan.module())) {
+    for (const KernelInfo* kernel : compared_kernels(plan.module(), options_)) {
         if (stopped()) return;
-        if (!is_baseline(*kernel) && !is_selected(*kernel)) continue;
         if (kernel->form == Form::gang && options_.lanes.empty()) {
             result_.left_out.push_back(
-                {describe_kernel(plan, *kernel),
+                {describe_kernel(plan.module(), *kernel),
                  "a gang takes the same steps as its packets; to compare it, select it with --lanes"});
             continue;
         }
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
         if (stopped()) return;
         if (variant) {
-            add_rows_of_kernel(plan, *variant, baseline);
-        } else if (is_baseline(*kernel)) {
+            add_rows_of_kernel(plan, *variant, "");
+        } else if (is_baseline(plan.module(), *kernel, options_)) {
             throw RunError("--equal-error: no method in double precision meets this bound on the error; increase it");
         } else {
             result_.left_out.push_back(
-                {describe_kernel(plan, *kernel), "none of the methods that it supports meets the bound on the error"});
+                {describe_kernel(plan.module(), *kernel), "none of the methods that it supports meets the bound on the error"});
         }
     }
 }
 
-/// Adds one row or two rows of the variant's kernel. `baseline` is the index of the row of the baseline; it is set if
-/// this kernel is the baseline.
-void Comparer::add_rows_of_kernel(const Plan& plan, const Variant& variant, std::size_t& baseline) {
+/// Adds one row or two rows of the variant's kernel. Rows with the same text `baseline` share a baseline.
+void Comparer::add_rows_of_kernel(const Plan& plan, const Variant& variant, const std::string& baseline) {
     const KernelInfo& kernel = *variant.kernel;
-    if (is_baseline(kernel)) baseline = rows_.size();
-    TimedRow timed{{}, plan_with_variant(plan, variant), baseline, {}};
+    if (is_baseline(plan.module(), kernel, options_)) baselines_[baseline] = rows_.size();
+    TimedRow timed{{}, plan_with_variant(plan, variant), baselines_.at(baseline), {}};
     CompareRow& row = timed.row;
     row.isa = plan.module().isa;
     row.kernel = &kernel;
@@ -270,6 +206,10 @@ RunReport Comparer::render_row(const TimedRow& timed, Film& film) const {
 /// rates.
 void Comparer::compare_pictures() {
     std::map<std::size_t, Film> films;
+    const auto is_needed = [&](std::size_t baseline, std::size_t row) {
+        return std::any_of(rows_.begin() + std::ptrdiff_t(row), rows_.end(),
+                           [&](const TimedRow& timed) { return timed.baseline == baseline; });
+    };
     for (std::size_t i = 0; i < rows_.size() && !stopped(); ++i) {
         TimedRow& timed = rows_[i];
         const FilmDescription& size = timed.plan.description().film;
@@ -282,7 +222,7 @@ void Comparer::compare_pictures() {
         if (work.issued_lane_steps)
             timed.row.occupancy = double(work.active_lane_steps) / double(work.issued_lane_steps);
         if (timed.baseline == i) {
-            films.clear();  // Rows with the same baseline are adjacent.
+            std::erase_if(films, [&](const auto& kept) { return !is_needed(kept.first, i); });
             films.emplace(i, std::move(film));
             continue;
         }
@@ -323,6 +263,7 @@ void Comparer::summarize(TimedRow& timed) {
     for (unsigned round = 0; round < result_.rounds; ++round) ratios.push_back(baseline[round] / timed.seconds[round]);
     timed.row.speedup = timing_of(ratios).median;
     timed.row.seconds = timing_of(timed.seconds);
+    timed.row.samples = timed.seconds;
     timed.row.rays_per_second = double(result_.rays) / timed.row.seconds.median;
     result_.rows.push_back(timed.row);
 }

@@ -14,6 +14,7 @@ struct CompareOptions {
     std::vector<std::string> isas;       ///< Instruction sets to compare.
     std::vector<std::string> methods;    ///< Methods to compare. Empty: the method of the scene.
     std::vector<std::uint32_t> lanes;    ///< Numbers of lanes. Empty: all, except gangs of at most 64 lanes.
+    std::string baseline;                ///< Instruction set of the baseline. Empty: that of each kernel.
     std::optional<Strategy> strategy;    ///< Strategy to compare. Empty: all strategies.
     std::optional<Precision> precision;  ///< Precision to compare. Empty: both precisions.
     /// Bound on the pixel error, in pixels. Each kernel uses its cheapest method that meets the bound. 0: all kernels
@@ -31,6 +32,7 @@ struct CompareRow {
     double step = 0;              ///< Step in the unit of a scene file, or the tolerance of an adaptive method.
     double solver_tolerance = 0;  ///< Relative solver tolerance; 0: iterate to rounding.
     Timing seconds;               ///< Time to render the picture.
+    std::vector<double> samples;  ///< This time in each round.
     double rays_per_second = 0;   ///< Number of rays divided by the median time.
     double speedup = 0;           ///< Median over the rounds of (time of the baseline) / (time of this kernel).
     bool rendered = false;        ///< True if a picture was rendered. If false, the members below are not measured.
@@ -46,13 +48,14 @@ struct Comparison {
     std::vector<std::array<std::string, 2>> left_out;  ///< Pairs (kernel, reason) of kernels that were not compared.
     std::vector<std::string> remarks;                  ///< Remarks on the scene, and on keys that `compare` ignores.
     std::string compiler;                              ///< Compiler of the kernel modules.
+    std::vector<std::array<std::string, 2>> flags;     ///< Pairs (instruction set, options of the compiler).
     std::uint64_t rays = 0;                            ///< Number of rays of the picture.
     unsigned rounds = 0;                               ///< Number of completed rounds.
     bool interrupted = false;
 };
 
 /// Renders the scene with every selected kernel and compares pictures and times. The baseline of a kernel is the scalar
-/// kernel in double of the same instruction set. Without `equal_error`, both have the same method. Every kernel runs
+/// kernel in double of the same instruction set, or of `baseline`. Without `equal_error`, both have the same method. Every kernel runs
 /// once per round, so that a temporary disturbance of the machine affects all of them. Throws InputError if the scene
 /// or the options are not supported.
 Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress = {},

@@ -167,6 +167,40 @@ TEST_F(CompareVerb, ComparesOnlyTheRequestedKernels) {
     EXPECT_NE(table.out.find("speedup"), std::string::npos) << table.out;
 }
 
+// With --baseline, speeds and pictures of all rows are compared with one row, scalar double of that instruction set. It
+// is measured even if --isa does not contain the instruction set. Instruction sets round elementary functions
+// differently, which moves the ends of single rays.
+TEST_F(CompareVerb, ComparesAllRowsWithTheBaselineOfOneInstructionSet) {
+    const std::string baseline = supported_isas().back(), other = supported_isas().front();
+    const Outcome outcome = run("compare hole.toml --rounds 2 --strategy packet --precision double --json --quiet " +
+                                ("--isa " + other + " --baseline " + baseline));
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const json report = json::parse(outcome.out);
+    const json& rows = report["rows"];
+    const json& first = rows[0];
+    EXPECT_EQ(first["isa"], baseline);
+    EXPECT_EQ(first["strategy"], "scalar");
+    EXPECT_EQ(report["baseline"], baseline);
+    for (const char* key : {"version", "processor", "compiler"}) EXPECT_TRUE(report[key].is_string()) << key;
+    for (const std::string& isa : {baseline, other}) EXPECT_TRUE(report["flags"][isa].is_string()) << isa;
+    ASSERT_GT(rows.size(), 1u);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        SCOPED_TRACE(i);
+        const json &samples = rows[i]["seconds"]["samples"], &expected = first["seconds"]["samples"];
+        ASSERT_EQ(samples.size(), 2u);
+        const auto ratio = [&](std::size_t k) { return expected[k].get<double>() / samples[k].get<double>(); };
+        EXPECT_NEAR(rows[i]["speedup"].get<double>(), 0.5 * (ratio(0) + ratio(1)), 1e-12 * (ratio(0) + ratio(1)));
+        EXPECT_LE(rows[i]["flips"], 2);
+        if (i > 0) {
+            EXPECT_EQ(rows[i]["isa"], other);
+            EXPECT_EQ(rows[i]["strategy"], "packet");
+        }
+    }
+    const Outcome unknown = run("compare hole.toml --baseline mmx");
+    EXPECT_EQ(unknown.status, 2);
+    EXPECT_NE(unknown.err.find("--baseline"), std::string::npos) << unknown.err;
+}
+
 // The default method of the mirage supports only the rescaled H.
 TEST_F(CompareVerb, UsesADefaultMethodThatNeedsTheRescaling) {
     write("mirage.toml",

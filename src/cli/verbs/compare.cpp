@@ -27,6 +27,10 @@ void declare(CLI::App& app, Arguments& arguments) {
                "Compare each strategy with its cheapest method whose error is at most E pixels for 99 % of the rays; "
                "E > 0, excludes --methods. Default: the same method and step for all strategies",
                "E");
+    add_option(app, "--baseline", arguments.baseline,
+               "Compare all rows with scalar code in double on this instruction set, a name from `kagero list isas`. "
+               "Default: each row with scalar code in double on its own instruction set",
+               "ISA");
     add_option(app, "--rounds", arguments.rounds, "Number of interleaved rounds of timing, 1 to 1000. Default: 5", "N");
     add_json(app, arguments);
     add_execution(app, arguments, "1");
@@ -50,6 +54,10 @@ std::vector<std::string> methods_of(const std::string& text) {
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions converted;
     converted.isas = find_isa_names(options.isa == "auto" ? "all" : options.isa);
+    if (!arguments.baseline.empty()) {
+        require_isa("--baseline", arguments.baseline);
+        converted.baseline = find_isa_names(arguments.baseline).front();
+    }
     if (options.threads) converted.threads = options.threads;
     converted.strategy = options.strategy;
     converted.precision = options.precision;

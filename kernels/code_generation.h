@@ -14,18 +14,26 @@ inline constexpr std::uint32_t code_generation_abi = 1;
 
 enum class InstructionSet : std::uint8_t { sse2, avx2, avx512 };
 
-/// A function of a kernel module that computes an operation for one register. Its type is R(R, R, R), where R is the
-/// register type of the instruction set, or the number type if a value has one lane. Operands that the operation does
-/// not use are ignored.
-using OperationFunction = void (*)();
+/// A function of a kernel module that computes an operation of the values at a, b and c. It writes the value of the
+/// operation to `result`. A joint operation also writes the value of its second operation to `second_result`. Pointers
+/// to operands and results that the operation does not have are ignored.
+using OperationFunction = void (*)(const void* a, const void* b, const void* c, void* result, void* second_result);
 
-/// A type of values: `registers` registers with `lanes` numbers each. A register with one lane is a plain number.
+/// Two operations of the same operands whose values one function computes faster than two.
+struct JointOperation {
+    Op first, second;
+    OperationFunction function;
+};
+
+/// A type of values: `registers` registers with `lanes` numbers each. A value with one lane is a plain number.
 struct ValueType {
     InstructionSet isa;
     Precision precision;
     std::uint32_t lanes, registers;
     /// The functions of the operations, indexed by `Op`; nullptr for leaves and abbreviations.
     const OperationFunction* operations;
+    const JointOperation* joint_operations;
+    std::uint32_t joint_operation_count;
 };
 
 /// A node of a program. Operands are indices of earlier nodes; −1: absent. In an input, `a` is its index.

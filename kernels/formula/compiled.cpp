@@ -1,6 +1,7 @@
 // Translation of a formula's code to the nodes that the compiler module receives, and the functions that compiled code
 // calls.
 #include "kernels/formula/compiled.h"
+#include "kernels/code_generation.h"
 #include "kernels/formula/programs.h"
 
 #include <utility>
@@ -10,38 +11,30 @@ namespace {
 
 // ---- the functions of the operations ------------------------------------------------------------------------------
 
-/// The value type with one register, and the type in which functions receive and return that register.
-template <class V>
-struct OneRegister {
-    using Value = V;
-    using Register = V;
-    static Register get(const Value& v) { return v; }
-    static Value set(const Register& r) { return r; }
-};
-template <class T, int R>
-struct OneRegister<Lanes<T, R>> {
-    using Value = Lanes<T, 1>;
-    using Register = typename Value::Register;
-    static Register get(const Value& v) { return v.v[0]; }
-    static Value set(const Register& r) {
-        Value v;
-        v.v[0] = r;
-        return v;
-    }
-};
-
-/// Computes op(a, b, c) for one register, exactly as the interpreter does.
+/// Computes op(a, b, c), exactly as the interpreter does.
 template <Op op, class V>
-typename OneRegister<V>::Register compute(typename OneRegister<V>::Register a, typename OneRegister<V>::Register b,
-                                          typename OneRegister<V>::Register c) {
-    using One = OneRegister<V>;
-    return One::get(kagero::detail::apply_total<op, false, typename One::Value>(One::set(a), One::set(b), One::set(c)));
+void compute(const void* a, const void* b, const void* c, void* result, void*) {
+    // Operands that the operation does not have are replaced by a, so that only valid memory is read.
+    constexpr int operands = Operation<op>::operands;
+    const V &x = *static_cast<const V*>(a), &y = *static_cast<const V*>(operands > 1 ? b : a),
+            &z = *static_cast<const V*>(operands > 2 ? c : a);
+    *static_cast<V*>(result) = kagero::detail::apply_total<op, false, V>(x, y, z);
 }
+/// Computes two operations of a. The compiler evaluates their common parts only once.
+template <Op first, Op second, class V>
+void compute_both(const void* a, const void*, const void*, void* result, void* second_result) {
+    const V x = *static_cast<const V*>(a);
+    *static_cast<V*>(result) = kagero::detail::apply_total<first, false, V>(x, x, x);
+    *static_cast<V*>(second_result) = kagero::detail::apply_total<second, false, V>(x, x, x);
+}
+template <class V>
+constexpr JointOperation joint_operations[] = {{Op::sin, Op::cos, &compute_both<Op::sin, Op::cos, V>}};
+
 template <Op op, class V>
 OperationFunction operation_function() {
     if constexpr (kagero::detail::is_leaf(op)) return nullptr;
     else if constexpr (Operation<op>::is_abbreviation) return nullptr;
-    else return reinterpret_cast<OperationFunction>(&compute<op, V>);
+    else return &compute<op, V>;
 }
 struct OperationFunctions {
     OperationFunction list[op_count];
@@ -64,7 +57,7 @@ ValueType value_type() {
     static const OperationFunctions functions = operation_functions<V>(std::make_integer_sequence<int, op_count>{});
     constexpr int registers = ValueTraits<V>::registers;
     return {this_isa, sizeof(ScalarOf<V>) == sizeof(float) ? Precision::float32 : Precision::float64,
-            lane_count<V> / registers, registers, functions.list};
+            lane_count<V> / registers, registers, functions.list, joint_operations<V>, std::size(joint_operations<V>)};
 }
 /// Returns the type with an index of `compiled_type`.
 const ValueType& value_type_at(int index) {

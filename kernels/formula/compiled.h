@@ -2,7 +2,7 @@
 /// interpreter evaluates the same programs; both give the same bits.
 #pragma once
 
-#include "kernels/code_generation.h"
+#include "kernels/abi.h"
 #include "kernels/simd/lanes.h"
 
 namespace kagero::formula {

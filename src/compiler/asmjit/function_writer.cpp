@@ -14,7 +14,7 @@ public:
     FunctionWriter(x86::Assembler& assembler, const FunctionDescription& function)
         : a_(assembler), program_(function), v_(assembler, *function.type),
           order_(evaluation_order(program_, v_.register_count() - reserve)), uses_(uses_in_order(program_, order_)),
-          registers_(v_, program_, uses_, inputs), operations_(assembler, v_, registers_, *function.type),
+          registers_(v_, program_, uses_, inputs), operations_(assembler, v_, registers_, program_),
           input_size_(int(function.input_count * function.type->registers) * v_.value_size()) {}
 
     void write() {
@@ -23,7 +23,7 @@ public:
         a_.bind(point);
         write_program();
         a_.add(inputs, input_size_);
-        a_.add(outputs, int(program_.outputs.size()) * v_.value_size());
+        a_.add(outputs, int(program_.outputs().size()) * v_.value_size());
         a_.dec(points);
         a_.jnz(point);
         end();
@@ -59,13 +59,13 @@ private:
         a_.setOffset(end);
     }
     void write_program() {
-        const int output_count = int(program_.outputs.size());
+        const int output_count = int(program_.outputs().size());
         for (std::size_t i = 0; i < order_.size(); ++i) {
-            const ProgramNode& node = program_[order_[i]];
-            registers_.begin(int(i), node);
-            operations_.write(order_[i], node);
-            for (int o = 0; o < output_count; ++o)
-                if (output(o) == order_[i]) store_output(o, registers_.in_register(order_[i]));
+            registers_.begin(int(i), order_[i]);
+            operations_.write(order_[i]);
+            for (const int node : program_.evaluated_with(order_[i]))
+                for (int o = 0; o < output_count; ++o)
+                    if (output(o) == node) store_output(o, registers_.in_register(node));
         }
         for (int o = 0; o < output_count; ++o) {
             if (!is_leaf(program_[output(o)].op)) continue;
@@ -74,7 +74,7 @@ private:
         }
         registers_.forget_registers();
     }
-    int output(int o) const { return program_.outputs[std::size_t(o)]; }
+    int output(int o) const { return program_.outputs()[std::size_t(o)]; }
     void store_output(int o, int reg) { v_.store_value(x86::ptr(outputs, o * v_.value_size()), reg); }
 
     x86::Assembler& a_;

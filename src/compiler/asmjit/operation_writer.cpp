@@ -4,7 +4,9 @@
 
 namespace kagero::compiler {
 
-void OperationWriter::write(int node, const ProgramNode& n) {
+void OperationWriter::write(int node) {
+    if (const Call* function_call = program_.call(node)) return call(*function_call);
+    const ProgramNode& n = program_[node];
     const int result = [&] {
         switch (n.op) {
             case Op::add: return commutative(Binary::add, n);
@@ -21,8 +23,7 @@ void OperationWriter::write(int node, const ProgramNode& n) {
             case Op::max: return extremum(Binary::max, n);
             case Op::if_positive: return gate(true, n);
             case Op::unless_positive: return gate(false, n);
-            case Op::at_least: return at_least(n);
-            default: return call(n);
+            default: return at_least(n);
         }
     }();
     r_.define(node, result);
@@ -203,32 +204,33 @@ int OperationWriter::at_least(const ProgramNode& n) {
     return d;
 }
 
-/// Calls the function of the kernel module. Functions may change all vector registers. The operands are copied by way
-/// of the scratch register, because they may be in the registers of the arguments.
-int OperationWriter::call(const ProgramNode& n) {
-    const int a = r_.in_register(n.a), b = n.b < 0 ? a : r_.in_register(n.b), c = n.c < 0 ? b : r_.in_register(n.c);
-    r_.store_all_before_call();
-    v_.move(v_.scratch(), a);
-    const int third = c == 1 ? 1 : 2;
-    if (n.c >= 0 && third == 1) {  // c is in register 1, so it moves before b overwrites it
-        if (b == 2) {
-            v_.move(0, c);
-            v_.move(1, b);
-            v_.move(2, 0);
-        } else {
-            v_.move(2, c);
-            v_.move(1, b);
+/// Calls a function of the kernel module, which may change all vector registers. Operands and results are on the stack.
+void OperationWriter::call(const Call& function_call) {
+    const auto registers = int(function_call.first.size());
+    if (first_argument_ < 0) first_argument_ = r_.reserve_slots(most_operands * registers);
+    for (int r = 0; r < registers; ++r) {
+        const ProgramNode& n = program_[function_call.first[std::size_t(r)]];
+        int argument = first_argument_ + r;
+        for (const int operand : {n.a, n.b, n.c}) {
+            if (operand >= 0) copy_to_stack(operand, argument);
+            argument += registers;
         }
-    } else {
-        v_.move(1, b);
-        if (n.c >= 0) v_.move(2, c);
     }
-    v_.move(0, v_.scratch());
-    a_.mov(x86::rax, asmjit::imm(reinterpret_cast<std::uintptr_t>(type_.operations[int(n.op)])));
+    r_.store_all();
+    const x86::Gp pointers[] = {x86::rdi, x86::rsi, x86::rdx};
+    for (int i = 0; i < most_operands; ++i) a_.lea(pointers[i], r_.stack_slot(first_argument_ + i * registers));
+    a_.lea(x86::rcx, r_.define_in_memory(function_call.first));
+    if (!function_call.second.empty()) a_.lea(x86::r8, r_.define_in_memory(function_call.second));
+    a_.mov(x86::rax, asmjit::imm(reinterpret_cast<std::uintptr_t>(function_call.function)));
     a_.call(x86::rax);
     r_.forget_registers();
-    const int result = r_.take();  // all registers are free, so it is the first one, in which the result is
-    return result;
+}
+
+void OperationWriter::copy_to_stack(int node, int slot) {
+    int reg = v_.scratch();
+    if (r_.is_in_register(node)) reg = r_.in_register(node);
+    else r_.load(reg, node);
+    v_.store_register(r_.stack_slot(slot), reg);
 }
 
 }  // namespace kagero::compiler

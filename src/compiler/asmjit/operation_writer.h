@@ -10,11 +10,12 @@ namespace kagero::compiler {
 /// that a new row of the operation table needs no change.
 class OperationWriter {
 public:
-    OperationWriter(x86::Assembler& assembler, VectorAssembler& vectors, RegisterFile& registers, const ValueType& type)
-        : a_(assembler), v_(vectors), r_(registers), type_(type) {}
+    OperationWriter(x86::Assembler& assembler, VectorAssembler& vectors, RegisterFile& registers,
+                    const UnrolledProgram& program)
+        : a_(assembler), v_(vectors), r_(registers), program_(program) {}
 
-    /// Writes the code of a node, whose operands have been evaluated. Its value is then in a register.
-    void write(int node, const ProgramNode& n);
+    /// Writes the code of a node, and of those that are evaluated together with it. Operands have been evaluated.
+    void write(int node);
 
 private:
     int commutative(Binary op, const ProgramNode& n);
@@ -29,14 +30,17 @@ private:
     int extremum(Binary op, const ProgramNode& n);
     int gate(bool passes_positive, const ProgramNode& n);
     int at_least(const ProgramNode& n);
-    int call(const ProgramNode& n);
+    void call(const Call& function_call);
+    /// Stores a value at a place on the stack.
+    void copy_to_stack(int node, int slot);
     /// Returns the register of the result, which may be that of an operand that is not used later.
     int result_register(const ProgramNode& n);
 
     x86::Assembler& a_;
     VectorAssembler& v_;
     RegisterFile& r_;
-    const ValueType& type_;
+    const UnrolledProgram& program_;
+    int first_argument_ = -1;  ///< Place on the stack of the operands of calls; −1: not yet reserved.
 };
 
 }  // namespace kagero::compiler

@@ -7,15 +7,15 @@ namespace kagero::compiler {
 
 RegisterFile::RegisterFile(VectorAssembler& assembler, const UnrolledProgram& program,
                            const std::vector<std::vector<int>>& uses, const x86::Gp& inputs)
-    : assembler_(assembler), program_(program), uses_(uses), inputs_(inputs), register_of_(program.nodes.size(), -1),
-      slot_of_(program.nodes.size(), -1), node_in_(std::size_t(assembler.register_count()), -1),
-      pinned_(std::size_t(assembler.register_count())) {}
+    : assembler_(assembler), program_(program), uses_(uses), inputs_(inputs),
+      register_of_(std::size_t(program.size()), -1), slot_of_(std::size_t(program.size()), -1),
+      node_in_(std::size_t(assembler.register_count()), -1), pinned_(std::size_t(assembler.register_count())) {}
 
-void RegisterFile::begin(int position, const ProgramNode& node) {
+void RegisterFile::begin(int position, int node) {
     position_ = position;
     std::fill(pinned_.begin(), pinned_.end(), false);
-    for (const int operand : {node.a, node.b, node.c})
-        if (operand >= 0 && is_in_register(operand)) pinned_[std::size_t(register_of_[std::size_t(operand)])] = true;
+    for (const int operand : program_.operands(node))
+        if (is_in_register(operand)) pinned_[std::size_t(register_of_[std::size_t(operand)])] = true;
 }
 
 int RegisterFile::next_use(int node) const {
@@ -34,10 +34,9 @@ bool RegisterFile::has_memory(int node) const { return is_leaf(program_[node].op
 x86::Mem RegisterFile::memory(int node) {
     const ProgramNode& n = program_[node];
     if (n.op == Op::constant) return assembler_.constant(n.value);
-    const auto size = std::uint32_t(assembler_.register_size());
     if (n.op == Op::input)
         return x86::ptr(inputs_, n.a * assembler_.value_size(), std::uint32_t(assembler_.value_size()));
-    return x86::ptr(x86::rsp, slot_of_[std::size_t(node)] * int(size), size);
+    return stack_slot(slot_of_[std::size_t(node)]);
 }
 
 void RegisterFile::load(int reg, int node) {
@@ -95,7 +94,7 @@ int RegisterFile::take() {
 
 void RegisterFile::store(int node) {
     if (has_memory(node)) return;
-    slot_of_[std::size_t(node)] = slot_count_++;
+    slot_of_[std::size_t(node)] = reserve_slots(1);
     assembler_.store_register(memory(node), register_of_[std::size_t(node)]);
 }
 
@@ -114,9 +113,26 @@ void RegisterFile::define(int node, int reg) {
     register_of_[std::size_t(node)] = reg;
 }
 
-void RegisterFile::store_all_before_call() {
+void RegisterFile::store_all() {
     for (const int node : node_in_)
         if (node >= 0 && is_used_later(node)) store(node);
+}
+
+x86::Mem RegisterFile::define_in_memory(const std::vector<int>& nodes) {
+    const int first = reserve_slots(int(nodes.size()));
+    for (std::size_t i = 0; i < nodes.size(); ++i) slot_of_[std::size_t(nodes[i])] = first + int(i);
+    return stack_slot(first);
+}
+
+x86::Mem RegisterFile::stack_slot(int index) const {
+    const int size = assembler_.register_size();
+    return x86::ptr(x86::rsp, index * size, std::uint32_t(size));
+}
+
+int RegisterFile::reserve_slots(int count) {
+    const int first = slot_count_;
+    slot_count_ += count;
+    return first;
 }
 
 void RegisterFile::forget_registers() {

@@ -2,7 +2,7 @@
 /// place in memory.
 #pragma once
 
-#include "compiler/asmjit/order.h"
+#include "compiler/asmjit/unrolled_program.h"
 #include "compiler/asmjit/vector_assembler.h"
 
 #include <vector>
@@ -21,7 +21,7 @@ public:
     int stack_size() const { return slot_count_ * assembler_.register_size(); }
 
     /// Begins the instructions of the node at a position. Its operands that are in registers stay there.
-    void begin(int position, const ProgramNode& node);
+    void begin(int position, int node);
     /// Returns the register of a node's value, which is loaded if necessary.
     int in_register(int node);
     /// Returns true if the value is in a register.
@@ -41,10 +41,16 @@ public:
     void define(int node, int reg);
     /// Loads a copy of the value into a register.
     void load(int reg, int node);
-    /// Stores all values that are used after this position, and empties all registers except those of `operands`.
-    void store_all_before_call();
+    /// Stores all values that are used after this position, before a call.
+    void store_all();
     /// Empties all registers, after a call.
     void forget_registers();
+    /// Reserves consecutive places on the stack and makes them the places of the nodes' values. Returns the first.
+    x86::Mem define_in_memory(const std::vector<int>& nodes);
+    /// Returns the place of a value with an index on the stack.
+    x86::Mem stack_slot(int index) const;
+    /// Reserves consecutive places on the stack and returns the index of the first.
+    int reserve_slots(int count);
 
 private:
     bool is_used_later(int node) const;

@@ -178,18 +178,34 @@ TEST_F(CompiledFormula, RandomProgramsHaveTheBitsOfTheirNodes) {
     });
 }
 
-// Every operation of the table, with operands that are inputs and constants.
+/// Returns a program whose outputs are operations of the operands a, b and c.
+RandomProgram program_of(std::mt19937& random, const std::vector<Op>& operations, int a, int b, int c) {
+    RandomProgram program(random, 0, 1, true);
+    for (const Op op : operations) {
+        const int operands = info_of(op).operands;
+        program.nodes.push_back({op, a, operands > 1 ? b : -1, operands > 2 ? c : -1, 0});
+    }
+    const auto first = int(program.nodes.size() - operations.size());
+    for (std::size_t o = 0; o < program.outputs.size(); ++o) program.outputs[o] = first + int(o % operations.size());
+    return program;
+}
+
+// Every operation of the table, and every pair of joint operations, with operands that are inputs and constants.
 TEST_F(CompiledFormula, EveryOperationHasTheBitsOfTheKernel) {
     std::mt19937 random(2);
+    std::vector<std::vector<Op>> all;
+    for (const Op op : RandomProgram::all_operations()) all.push_back({op});
+    for (std::uint32_t j = 0; j < type_of<double>().joint_operation_count; ++j) {
+        const JointOperation& joint = type_of<double>().joint_operations[j];
+        all.push_back({joint.first, joint.second});
+        all.push_back({joint.second, joint.first});
+    }
     std::vector<RandomProgram> programs;
-    for (const Op op : RandomProgram::all_operations())
+    for (const std::vector<Op>& operations : all)
         for (int variant = 0; variant < 27; ++variant) {
-            RandomProgram program(random, 0, 1, true);
-            const int operands = info_of(op).operands, choices[] = {0, 1, RandomProgram::inputs};
-            program.nodes.push_back({op, choices[variant % 3], operands > 1 ? choices[variant / 3 % 3] : -1,
-                                     operands > 2 ? choices[variant / 9] : -1, 0});
-            program.outputs.assign(6, int(program.nodes.size()) - 1);
-            programs.push_back(program);
+            const int choices[] = {0, 1, RandomProgram::inputs};
+            programs.push_back(
+                program_of(random, operations, choices[variant % 3], choices[variant / 3 % 3], choices[variant / 9]));
         }
     visit_types([&]<class V>() {
         for (const RandomProgram& program : programs) compiler->add(program.description(type_of<V>()));

@@ -40,6 +40,17 @@ if(NOT MPI_CXX_FOUND)
   message(STATUS "The MPI module is not built, because MPI was not found; its Debian package is mpi-default-dev")
 endif()
 
+# AsmJit is needed only by the module that compiles formulas. Without that module, formulas are interpreted.
+if(KAGERO_COMPILER)
+  find_path(ASMJIT_INCLUDE_DIR asmjit/x86.h)
+  find_library(ASMJIT_LIBRARY asmjit)
+  if(NOT ASMJIT_INCLUDE_DIR OR NOT ASMJIT_LIBRARY)
+    message(STATUS "The compiler of formulas is not built, because AsmJit was not found; its Debian package is "
+                   "libasmjit-dev")
+    set(KAGERO_COMPILER OFF)
+  endif()
+endif()
+
 # Python runs scripts, and the Python module is built for it. The interpreter of the system is preferred, because other
 # ones that PATH may contain, such as those of pyenv, have no headers of Debian's packages. -DPython3_EXECUTABLE=FILE
 # selects another one.

@@ -156,6 +156,13 @@ struct RayPath {
 };
 
 enum class Op : std::uint8_t;  // kernels/operation.h
+struct FunctionDescription;    // kernels/code_generation.h
+/// Receives the functions of a formula one after the other. `user` is the argument of Module::describe_functions.
+using FunctionSink = void (*)(void* user, const FunctionDescription*);
+/// Machine code of a program. It evaluates the program at `points` ≥ 1 points. `in` contains the inputs of the first
+/// point, then those of the second point, and so on; so does `out` for the outputs. Each input and output is a value of
+/// the type for which the code was generated. `in` and `out` do not overlap.
+using CompiledFunction = void (*)(const void* in, void* out, std::uint64_t points);
 
 /// An operation of a formula. Operands are indices of earlier nodes; `a` of an input indexes (x y z px py pz pt).
 struct FormulaNode {
@@ -330,6 +337,10 @@ struct Module {
     std::uint32_t program_size;
     /// Returns null if the integrator supports these programs, else the reason.
     const char* (*formula_refusal)(const double* programs, std::uint32_t integrator);
+    /// Passes every function of these programs that can be compiled to `sink`, in an order that depends only on them.
+    void (*describe_functions)(const double* programs, void* user, FunctionSink sink);
+    /// Replaces the interpreter of these programs by compiled functions, which have the order of describe_functions.
+    void (*use_functions)(double* programs, const CompiledFunction* functions);
 
     /// Returns the numbers of floating-point operations of one ray with this integrator.
     Operations (*operations)(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator,

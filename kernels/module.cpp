@@ -150,6 +150,14 @@ const char* compile(const Formula* formula, double* programs) {
     });
 }
 
+void describe_functions(const double* programs, void* user, FunctionSink sink) {
+    formula::describe_functions(formula::programs_in(programs), user, sink);
+}
+
+void use_functions(double* programs, const CompiledFunction* functions) {
+    formula::use_functions(*reinterpret_cast<formula::Programs*>(programs), functions);
+}
+
 const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
     if (hamiltonian == formula_index) return "support depends on the formula; call formula_refusal";
     return visit_hamiltonian(hamiltonian, [&]<class H>() -> const char* {
@@ -331,6 +339,8 @@ const Module module{
     .compile = compile,
     .program_size = sizeof(formula::Programs) / sizeof(double),
     .formula_refusal = formula_refusal,
+    .describe_functions = describe_functions,
+    .use_functions = use_functions,
     .operations = operations,
     .bound_roundings = bound_roundings<PacketDouble>,
     .multiply_adds = multiply_adds,

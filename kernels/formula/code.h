@@ -9,6 +9,7 @@
 #pragma once
 
 #include "kernels/equations/system.h"
+#include "kernels/formula/compiled.h"
 
 #include <cstdint>
 
@@ -58,6 +59,14 @@ struct Code {
     Instruction instruction[Tape::capacity];
     double constant[max_slots];  ///< the constants; their slots begin at `inputs`
     std::uint16_t output[max_outputs];  ///< slots of the outputs
+    CompiledProgram compiled[compiled_type_count];  ///< the same program as machine code, per value type
+
+    /// Returns the machine code for a value type, or nullptr if there is none.
+    template <class V>
+    const CompiledProgram* compiled_for() const {
+        if constexpr (compiled_type<V> < 0) return nullptr;
+        else return compiled[compiled_type<V>].evaluate ? &compiled[compiled_type<V>] : nullptr;
+    }
 };
 
 /// Converts a program to code: puts the operations in order and assigns slots to the results. Operations that do not

@@ -23,10 +23,14 @@ template <class V>
 class PreparedGradient {
 public:
     PreparedGradient(const Code& code, const State<V>& s, VaryingInputs varying)
-        : code_(code), first_varying_(varying.first) {
-        slots_.fill_constants(code);
+        : code_(code), compiled_(code.compiled_for<V>()), first_varying_(varying.first) {
         slots_.fill_inputs(s.y);
-        interpret<V, 1>(code_, 0, code_.prepared_runs, slots_.data());
+        if (!compiled_) {
+            slots_.fill_constants(code);
+            interpret<V, 1>(code_, 0, code_.prepared_runs, slots_.data());
+        } else if (compiled_->prepare) {
+            compiled_->prepare(slots_.data(), slots_.data() + Code::inputs, 1);
+        }
     }
     PreparedGradient(const PreparedGradient&) = delete;
     PreparedGradient& operator=(const PreparedGradient&) = delete;
@@ -35,55 +39,79 @@ public:
         in[0] = varying_inputs.x;
         in[1] = varying_inputs.y;
         in[2] = varying_inputs.z;
-        interpret<V, 1>(code_, code_.prepared_runs, code_.runs, slots_.data());
         V out[3] = {};
-        slots_.read(code_, out);
+        if (compiled_) {
+            compiled_->evaluate_prepared(slots_.data(), out, 1);
+        } else {
+            interpret<V, 1>(code_, code_.prepared_runs, code_.runs, slots_.data());
+            slots_.read(code_, out);
+        }
         return {out[0], out[1], out[2]};
     }
 
 private:
     const Code& code_;
-    int first_varying_;  ///< index of the first varying input
-    Slots<V> slots_;
+    const CompiledProgram* compiled_;  ///< the machine code, or nullptr
+    int first_varying_;                ///< index of the first varying input
+    Slots<V> slots_;                   ///< for machine code: the inputs, then the values of CompiledProgram::prepare
 };
 
-/// Evaluates ∂K/∂(q, p) at the `count` stages of a step. Groups of 4, 3 or 1 stages are evaluated together, so that
-/// each instruction is decoded once per group. The constructor writes the constants once for all evaluations.
+/// Evaluates ∂K/∂(q, p) at the `count` stages of a step. Machine code evaluates all stages in one call. The interpreter
+/// evaluates groups of 4, 3 or 1 stages together, so that each instruction is decoded once per group; the constructor
+/// then writes the constants once for all evaluations.
 template <class V>
 class StageEvaluator {
 public:
-    StageEvaluator(const Code& code, int count)
-        : code_(code), groups_(count % 4 == 0   ? count / 4
-                               : count % 3 == 0 ? count / 3
-                                                : count),
-          group_size_(count / groups_) {
-        for (int g = 0; g < groups_; ++g)
-            for (int i = 0; i < code.constants; ++i)
-                for (int n = 0; n < group_size_; ++n) slot(g, Code::inputs + i)[n] = V(code.constant[i]);
+    StageEvaluator(const Code& code, int count) : code_(code), compiled_(code.compiled_for<V>()), count_(count) {
+        if (compiled_) lay_out_points();
+        else lay_out_slots();
     }
     StageEvaluator(const StageEvaluator&) = delete;
     StageEvaluator& operator=(const StageEvaluator&) = delete;
     /// Returns a reference to input k of a stage.
-    KAGERO_INLINE V& input(int stage, int k) { return slot(stage / group_size_, k)[stage % group_size_]; }
+    KAGERO_INLINE V& input(int stage, int k) { return values()[input_[stage] + k * stride_]; }
     /// Writes the derivatives at a stage to `out`.
     KAGERO_INLINE void read(int stage, V (&out)[phase_size]) {
-        for (int k = 0; k < phase_size; ++k) out[k] = slot(stage / group_size_, code_.output[k])[stage % group_size_];
+        for (int k = 0; k < phase_size; ++k) out[k] = values()[first_output_[stage] + output_[k]];
     }
     /// Evaluates the derivatives at all stages.
     void run() {
-        for (int g = 0; g < groups_; ++g) {
-            if (group_size_ == 4) interpret<V, 4>(code_, 0, code_.runs, slot(g, 0));
-            else if (group_size_ == 3) interpret<V, 3>(code_, 0, code_.runs, slot(g, 0));
-            else interpret<V, 1>(code_, 0, code_.runs, slot(g, 0));
+        if (compiled_) return compiled_->evaluate(values(), values() + first_output_[0], std::uint64_t(count_));
+        for (int stage = 0; stage < count_; stage += stride_) {
+            V* const slots = values() + input_[stage];
+            if (stride_ == 4) interpret<V, 4>(code_, 0, code_.runs, slots);
+            else if (stride_ == 3) interpret<V, 3>(code_, 0, code_.runs, slots);
+            else interpret<V, 1>(code_, 0, code_.runs, slots);
         }
     }
 
 private:
-    /// Returns the address of slot k of a group: one value per stage of the group.
-    V* slot(int group, int k) { return reinterpret_cast<V*>(memory_) + (group * code_.slots + k) * group_size_; }
+    V* values() { return reinterpret_cast<V*>(memory_); }
+    /// The layout for machine code: the inputs of all stages, then the outputs of all stages.
+    void lay_out_points() {
+        for (int stage = 0; stage < count_; ++stage) {
+            input_[stage] = stage * state_size;
+            first_output_[stage] = count_ * state_size + stage * phase_size;
+        }
+        for (int k = 0; k < phase_size; ++k) output_[k] = k;
+    }
+    /// The layout for the interpreter: one set of slots per group. Each slot has one value per stage of the group.
+    void lay_out_slots() {
+        stride_ = count_ % 4 == 0 ? 4 : count_ % 3 == 0 ? 3 : 1;
+        for (int stage = 0; stage < count_; ++stage)
+            input_[stage] = first_output_[stage] = stage / stride_ * stride_ * code_.slots + stage % stride_;
+        for (int k = 0; k < phase_size; ++k) output_[k] = code_.output[k] * stride_;
+        for (int group = 0; group < count_; group += stride_)
+            for (int i = 0; i < code_.constants; ++i)
+                for (int n = 0; n < stride_; ++n) input(group + n, Code::inputs + i) = V(code_.constant[i]);
+    }
 
     const Code& code_;
-    int groups_, group_size_;
+    const CompiledProgram* compiled_;  ///< the machine code, or nullptr
+    int count_;                        ///< number of stages
+    int stride_ = 1;                   ///< distance between the slots of a stage; also the number of stages per group
+    int input_[max_stages], first_output_[max_stages];  ///< per stage: index of its first input or output in memory
+    int output_[phase_size];                            ///< per output: distance from the first output
     alignas(64) unsigned char memory_[sizeof(V) * max_stages * Code::max_slots];
 };
 

@@ -98,14 +98,21 @@ private:
     alignas(64) unsigned char memory_[sizeof(T) * Code::max_slots];
 };
 
-/// Evaluates a code for the inputs `in` and writes its outputs to `out`.
+/// Evaluates a code by the interpreter, for the inputs `in`, and writes its outputs to `out`.
 template <class T>
-__attribute__((noinline)) void evaluate(const Code& code, const T* in, T* out) {
+__attribute__((noinline)) void evaluate_interpreted(const Code& code, const T* in, T* out) {
     Slots<T> slots;
     slots.fill_constants(code);
     slots.fill_inputs(in);
     interpret<T, 1>(code, 0, code.runs, slots.data());
     slots.read(code, out);
+}
+
+/// Evaluates a code for the inputs `in` and writes its outputs to `out`. Uses its machine code if there is some.
+template <class T>
+KAGERO_INLINE void evaluate(const Code& code, const T* in, T* out) {
+    if (const CompiledProgram* compiled = code.compiled_for<T>()) compiled->evaluate(in, out, 1);
+    else evaluate_interpreted(code, in, out);
 }
 
 }  // namespace kagero::formula

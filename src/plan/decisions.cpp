@@ -131,6 +131,18 @@ void add_formula_decisions(const Scene& scene, const RunConfig& run, DecisionLis
                          " is a constant of the motion");
 }
 
+/// Adds the decision whether the programs of H are interpreted.
+void add_code_decision(const Scene& scene, DecisionList& list) {
+    const auto& formula = scene.description.space.formula;
+    if (!formula && scene.programs.empty())
+        return list.add(false, "interpreter of H", "H and its time rescaling are compiled");
+    const std::string function = formula ? "H" : "H times " + scene.description.integrator.rescale;
+    const std::string& reason = scene.formula_code.why_interpreted;
+    if (!reason.empty()) return list.add_used("interpreter of H: " + function + " is not compiled, because " + reason);
+    list.add_used("machine code for " + function + ", generated when the scene was loaded");
+    list.add(false, "interpreter of H", "the machine code gives the same results");
+}
+
 /// Returns the decisions about the events that end rays and about intersection queries.
 std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
     const HamiltonianInfo properties = integrated_properties(scene);
@@ -275,8 +287,7 @@ std::vector<Decision> motion_decisions(const Scene& scene, const RunConfig& run,
     list.add(run.method.rescaled, "time rescaling: integration of \u03a9 (H \u2212 H0) instead of H",
              reason_against_rescaling(scene, run, properties));
     if (scene.description.space.formula) add_formula_decisions(scene, run, list);
-    else if (scene.programs.empty()) list.add(false, "interpreter of H", "H and its time rescaling are compiled");
-    else list.add_used("interpreter of H: no kernel is compiled for H times " + scene.description.integrator.rescale);
+    add_code_decision(scene, list);
     const bool implicit = rays_bend && method.implicit && (method.is_collocation || !is_separable(scene, run));
     list.add(implicit,
              std::string("implicit equations, solved in each lane by ") +

@@ -138,6 +138,7 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
         scene->form_remark = frequency.remark;
     }
     scene->space = make_space(s.space, module, s.integrator.escape_radius);
+    if (s.space.formula) scene->formula_code = compile_programs(module, scene->space.parameters);
     scene->straight = scene->space.is_straight();
     if (surrounding && scene->straight) s.space.center = surrounding->description.space.center;
     const Shared<SceneGeometry> geometry = geometry_of(*scene, surrounding, purpose, earlier);
@@ -149,7 +150,10 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
                      scene->geometry->distance_from_center(std::numeric_limits<double>::max()) +
                          scene->geometry->diagonal());
     if (s.space.formula) s.integrator = with_scaled_steps(*scene);
-    if (s.integrator.rescaling && !scene->straight) scene->programs = compile_rescaled(s.integrator, scene->space);
+    if (s.integrator.rescaling && !scene->straight) {
+        scene->programs = compile_rescaled(s.integrator, scene->space);
+        scene->formula_code = compile_programs(module, scene->programs);
+    }
     const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
     scene->limits = ray_limits(scene->space, *scene->geometry, s.integrator.escape_radius, to_horizon);
     return scene;

@@ -4,6 +4,7 @@
 #include "appearance/lights/light_proposals.h"
 #include "appearance/paints.h"
 #include "appearance/redshift.h"
+#include "compiler/formula_compiler.h"
 #include "geometry/geometry.h"
 #include "media/regions.h"
 #include "modules/space.h"
@@ -35,6 +36,7 @@ struct Scene {
     Space space;
     std::vector<double> programs;  ///< Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression;
                                    ///< else empty.
+    FormulaCode formula_code;      ///< How the programs of a formula, or of Ω(H − H0), are evaluated.
     std::string form_remark;       ///< Remark on the form of a formula (spaces/formula_form.h); empty if there is none.
     double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
     bool straight = false;         ///< True if every ray is a straight line, so that no method is needed.

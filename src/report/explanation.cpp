@@ -1,6 +1,7 @@
 #include "report/explanation.h"
 
 #include "plan/names.h"
+#include "report/formula_code.h"
 #include "report/json.h"
 
 #include <algorithm>
@@ -57,17 +58,19 @@ std::string explanation_json(const Plan& plan) {
     for (const Decision& decision : decisions_where(plan, false))
         left_out.push_back({{"what", decision.feature}, {"why", decision.reason}});
     const KernelInfo& kernel = *plan.run.kernel;
-    return text_of({{"kernel", kernel_text(plan)},
-                    {"isa", plan.module().isa},
-                    {"strategy", name_of(kernel.strategy)},
-                    {"precision", name_of(kernel.precision)},
-                    {"lanes", kernel.lanes},
-                    {"used", used},
-                    {"left_out", left_out},
-                    {"registers", kernel.registers},
-                    {"threads", plan.run.threads},
-                    {"remarks", plan.remarks},
-                    {"warnings", warnings_json(warnings_of_trial(plan))}});
+    Json json = {{"kernel", kernel_text(plan)},
+                 {"isa", plan.module().isa},
+                 {"strategy", name_of(kernel.strategy)},
+                 {"precision", name_of(kernel.precision)},
+                 {"lanes", kernel.lanes},
+                 {"used", used},
+                 {"left_out", left_out},
+                 {"registers", kernel.registers},
+                 {"threads", plan.run.threads},
+                 {"remarks", plan.remarks},
+                 {"warnings", warnings_json(warnings_of_trial(plan))}};
+    add_formula_code(json, plan);
+    return text_of(json);
 }
 
 std::string validity_text(const Plan& plan) {

@@ -4,6 +4,7 @@
 #include "error.h"
 #include "plan/names.h"
 #include "render/operation_count.h"
+#include "report/formula_code.h"
 #include "report/json.h"
 #include "report/text/numbers.h"
 #include "report/thread_shares.h"
@@ -35,6 +36,7 @@ void add_kernel(Json& json, const Plan& plan) {
     json["precision"] = name_of(plan.run.kernel->precision);
     json["lanes"] = plan.run.kernel->lanes;
     if (plan.run.kernel->form != Form::none) json["form"] = name_of(plan.run.kernel->form);
+    add_formula_code(json, plan);
 }
 
 Json energy_json(const Plan& plan, const RunReport& report) {

@@ -1,6 +1,7 @@
 // Fuzz target for formulas. A text must either be refused by an InputError, or be compiled to programs with which the
 // start of a ray can be computed.
 #include "error.h"
+#include "compiler/formula_compiler.h"
 #include "formula/nodes.h"
 #include "formula/parser.h"
 #include "modules/modules.h"
@@ -35,7 +36,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         formula.energy.assign(reinterpret_cast<const char*>(data), size);
         formula.parsed.energy = parse_formula(formula.scope, {formula.energy, "space.H", {}});
         evaluate(formula.scope, formula.parsed.energy, {1, 2, 3, 0.5, -0.25, 1, -1});
-        const std::vector<double> programs = compile_formula(formula, module, 100);
+        std::vector<double> programs = compile_formula(formula, module, 100);
+        const FormulaCode code = compile_programs(module, programs);
         const double position[3] = {1, 2, 3}, direction[3] = {0, 0.6, 0.8};
         RayStart start{};
         module.start(space, programs.data(), position, direction, &start);

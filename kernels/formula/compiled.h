@@ -1,0 +1,39 @@
+/// The programs of a formula as machine code, which the compiler module generates if it is installed. Without it, the
+/// interpreter evaluates the same programs; both give the same bits.
+#pragma once
+
+#include "kernels/abi.h"
+#include "kernels/simd/lanes.h"
+
+namespace kagero::formula {
+
+/// The machine code of one program for one value type; null pointers if there is none.
+struct CompiledProgram {
+    CompiledFunction evaluate = nullptr;
+    /// The program in two parts: `prepare` computes the values that do not depend on the varying inputs, from the
+    /// inputs of the program. `evaluate_prepared` computes the outputs; its inputs are those of the program and these
+    /// values. If there are no such values, `prepare` is null.
+    CompiledFunction prepare = nullptr, evaluate_prepared = nullptr;
+};
+
+/// Index of a value type in the list of types for which programs are compiled; −1 for other types, such as dual
+/// numbers, whose programs are always interpreted.
+template <class V>
+inline constexpr int compiled_type = -1;
+template <>
+inline constexpr int compiled_type<Lanes<double, 2>> = 0;
+template <>
+inline constexpr int compiled_type<Lanes<float, 2>> = 1;
+template <>
+inline constexpr int compiled_type<double> = 2;
+template <>
+inline constexpr int compiled_type<float> = 3;
+inline constexpr int compiled_type_count = 4;
+
+struct Programs;
+
+/// Implement Module::describe_functions and Module::use_functions.
+void describe_functions(const Programs& programs, void* user, FunctionSink sink);
+void use_functions(Programs& programs, const CompiledFunction* functions);
+
+}  // namespace kagero::formula

@@ -9,16 +9,13 @@ namespace {
 
 void put_point(ByteWriter& writer, const std::string& name, const PointContent& content) {
     writer.put_text(name);
-    writer.put(std::uint64_t{content.size()});
-    for (const std::uint64_t number : content) writer.put(number);
+    writer.put_list(content);
 }
 
 /// Returns the name and the content of a point that put_point has written.
 NamedPoints::value_type get_point(ByteReader& reader) {
     std::string name = reader.get_text();
-    PointContent content;
-    for (auto left = reader.get<std::uint64_t>(); left > 0; --left) content.push_back(reader.get<std::uint64_t>());
-    return {std::move(name), std::move(content)};
+    return {std::move(name), reader.get_list<std::uint64_t>()};
 }
 
 /// The points that a rank has, and those that rank 0 has received. May be used from several threads.

@@ -93,6 +93,12 @@ TEST_F(SweepVerb, ContinuesFromItsJournal) {
     const Outcome other = run(sweep + "--resume -o a.csv --vary camera.fov=40:60:40");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("the journal belongs to another run"), std::string::npos) << other.err;
+    const Outcome locked = run(sweep + "--resume -o a.csv", "flock a.csv.journal");
+    EXPECT_EQ(locked.status, 2);
+    EXPECT_NE(locked.err.find("another process uses the journal 'a.csv.journal'"), std::string::npos) << locked.err;
+    const Outcome full = run(sweep + "--resume -o a.csv", "trap '' XFSZ; ulimit -f 600;");
+    EXPECT_EQ(full.status, 1);
+    EXPECT_NE(full.err.find("cannot write the journal 'a.csv.journal'"), std::string::npos) << full.err;
     const Outcome rest = run(sweep + "--resume -o a.csv");
     ASSERT_EQ(rest.status, 0) << rest.err;
     EXPECT_NE(rest.err.find("continues from a.csv.journal"), std::string::npos) << rest.err;

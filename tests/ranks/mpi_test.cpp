@@ -112,6 +112,20 @@ TEST_F(MpiOptions, AreRefusedWithAReason) {
     }
 }
 
+// MPI costs nothing without --mpi: neither the program nor the library is linked to it, and a render does not load it.
+TEST_F(MpiOptions, AreTheOnlyReasonToLoadMpi) {
+    const std::string library = (std::filesystem::path(KAGERO_BINARY).parent_path().parent_path() / "lib").string();
+    const Outcome linked = run_program("ldd", std::string("'") + KAGERO_BINARY + "' '" + library + "/libkagero.so'");
+    ASSERT_EQ(linked.status, 0) << linked.err;
+    EXPECT_NE(linked.out.find("libembree"), std::string::npos) << linked.out;
+    EXPECT_EQ(linked.out.find("mpi"), std::string::npos) << linked.out;
+    const Outcome rendered = run("render hole.toml --quiet -o a.exr", "LD_DEBUG=files");
+    ASSERT_EQ(rendered.status, 0);
+    EXPECT_NE(rendered.err.find("kagero-images.so"), std::string::npos) << "modules are not listed";
+    EXPECT_EQ(rendered.err.find("kagero-mpi"), std::string::npos);
+    EXPECT_EQ(rendered.err.find("libmpi"), std::string::npos);
+}
+
 // A program without the modules beside it is one that was built without MPI.
 TEST_F(MpiOptions, NeedTheModule) {
     std::filesystem::create_directories(output_ / "bin");

@@ -2,7 +2,11 @@
 # and the library search for this folder relative to their own paths.
 install(TARGETS kagero RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/ DESTINATION ${CMAKE_INSTALL_LIBDIR}/kagero
-        FILES_MATCHING PATTERN "kagero-*.so")
+        FILES_MATCHING PATTERN "kagero-*.so" PATTERN "kagero-mpi.so" EXCLUDE)
+# The module for MPI is a package of its own, because the other files do not need an MPI library.
+if(TARGET kagero-mpi)
+  install(PROGRAMS $<TARGET_FILE:kagero-mpi> DESTINATION ${CMAKE_INSTALL_LIBDIR}/kagero COMPONENT mpi)
+endif()
 install(DIRECTORY ${CMAKE_SOURCE_DIR}/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/kagero/scenes USE_SOURCE_PERMISSIONS
         PATTERN CMakeLists.txt EXCLUDE PATTERN *.cpp EXCLUDE PATTERN *.h EXCLUDE PATTERN data EXCLUDE)
 install(FILES ${CMAKE_SOURCE_DIR}/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
@@ -36,8 +40,8 @@ if(Python3_Interpreter_FOUND)
   install(FILES ${manual}/kagero.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME kagero)
 endif()
 
-# `cpack` in the build directory builds a Debian package for the Debian release of the machine. Its dependencies are
-# derived from the linked libraries.
+# `cpack` in the build directory builds Debian packages for the Debian release of the machine: kagero, and kagero-mpi if
+# the module for MPI is built. Their dependencies are derived from the linked libraries.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME kagero)
 set(CPACK_PACKAGE_CONTACT "The kagero team <kagero@localhost>")
@@ -47,10 +51,17 @@ string(CONCAT CPACK_PACKAGE_DESCRIPTION
   "The rays follow a Hamiltonian. The package contains the program, its scenes, and the library with its headers.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_NAME kagero)
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME kagero-mpi)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "kagero (= ${PROJECT_VERSION})")
+set(CPACK_COMPONENT_UNSPECIFIED_DESCRIPTION ${CPACK_PACKAGE_DESCRIPTION})
+set(CPACK_COMPONENT_MPI_DESCRIPTION
+    "This package contains the module with which kagero divides its work among the processes of mpirun or srun.")
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 if(KAGERO_PYTHON)
-  set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "python3-numpy")  # The program does not need the Python module.
+  set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-numpy")  # The program does not need the Python module.
 endif()
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR}/lib ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)

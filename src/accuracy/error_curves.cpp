@@ -84,12 +84,22 @@ void CurveBuilder::keep_confirmed_rays() {
 }
 
 void CurveBuilder::measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point,
-                                   const PointRestorer& restore) {
+                                   const PointRestorer& restore, const MethodShare& share) {
+    curves_.curves.clear();
+    curves_.refused.clear();
+    least_work_ = std::numeric_limits<double>::infinity();
+    std::vector<std::uint32_t> methods;
     const LadderChoice choice{options_.quick, options_.full, options_.strategy, options_.precision,
                               options_.pixel_bound > 0};
     const auto ladders = choose_ladders(plan_, choice, curves_.refused);
     for (std::size_t i = 0; i < ladders.size() && !stopped(); ++i) {
         if (options_.pixel_bound && ladders[i].variant.kernel->strategy != Strategy::packet) continue;
+        // All ladders of a method are in one share, because some need the errors of another one.
+        const std::uint32_t method = ladders[i].variant.method.integrator;
+        const auto found = std::find(methods.begin(), methods.end(), method);
+        const auto number = static_cast<std::uint32_t>(found - methods.begin());
+        if (found == methods.end()) methods.push_back(method);
+        if (number % share.count != share.first) continue;
         measure_ladder(ladders[i], on_point, restore);
         progress(double(i + 1) / double(ladders.size()));
     }

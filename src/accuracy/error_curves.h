@@ -88,6 +88,11 @@ std::string describe_disagreement(const ReferenceSummary& reference);
 bool is_within(const StudyPoint& point, double bound, Percentiles RayErrors::*quantity,
                const ReferenceSummary& reference);
 
+/// A share of the methods: each `count`-th one of those that are measured, from method number `first` on.
+struct MethodShare {
+    std::uint32_t first = 0, count = 1;
+};
+
 /// Measures error curves in three calls. `prepare` chooses the rays and traces their reference, `measure_ladders`
 /// measures all methods, and `finish` returns the result.
 class CurveBuilder {
@@ -105,9 +110,11 @@ public:
 
     /// Chooses the sample rays and traces their reference. Throws RunError if no ray has a confirmed end.
     void prepare();
-    /// Measures every selected method over its step ladder. Calls `progress` with the finished share, from 0 to 1.
+    /// Measures every selected method of `share` over its step ladder, and replaces the curves of an earlier call.
+    /// Calls `progress` with the finished share, from 0 to 1. A share of the methods gets at least the points that it
+    /// has in a measurement of all methods.
     void measure_ladders(const std::function<void(double)>& progress, const PointCallback& on_point = {},
-                         const PointRestorer& restore = {});
+                         const PointRestorer& restore = {}, const MethodShare& share = {});
 
     /// Returns the plan of the measurements. `prepare` reduces its `max_steps` to 30 times the median number of steps
     /// of the sample rays, but not below 1000.

@@ -10,15 +10,27 @@
 #include <sstream>
 
 namespace kagero {
-namespace {
 
-/// Cache of images and of their coarser copies, by path, so that each file is read only once. No file is read unless
-/// `enabled` is true.
-struct Images {
-    bool enabled;
+/// Images and their coarser copies, by path, so that each file is read only once.
+struct LoadedImages {
     std::map<std::string, std::shared_ptr<const StoredImage>> full;
     std::map<std::pair<std::string, Mapping>, std::shared_ptr<const std::vector<Image>>> coarser;
 };
+
+namespace {
+
+/// The images of paints that are being loaded. No file is read unless `enabled` is true.
+struct Images : LoadedImages {
+    bool enabled;
+    const LoadedImages* earlier;  ///< The images of another frame, which are not read again; may be null.
+};
+
+/// Returns the value of a key; null if there is none.
+template <class Map>
+typename Map::mapped_type find_image(const Map& images, const typename Map::key_type& key) {
+    const auto found = images.find(key);
+    return found == images.end() ? nullptr : found->second;
+}
 
 /// Reads an image for a paint, and computes its coarser copies on another thread while the file is read.
 void read_texture(LoadedPaint& loaded, Mapping mapping) {
@@ -59,6 +71,8 @@ LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
     if (paint.kind != Paint::Kind::texture || !images.enabled) return loaded;
     auto& image = images.full[paint.texture];
     auto& coarser = images.coarser[{paint.texture, mapping}];
+    if (images.earlier && !image) image = find_image(images.earlier->full, paint.texture);
+    if (images.earlier && !coarser) coarser = find_image(images.earlier->coarser, {paint.texture, mapping});
     loaded.image = image;
     loaded.coarser = coarser;
     if (!image) read_texture(loaded, mapping);
@@ -105,8 +119,7 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
     const Mapping mapping = object.shape == Shape::sphere ? Mapping::sphere : Mapping::plane;
     if (has_faces)
         for (const Paint& face : object.faces) shaded.paints.push_back(load(face, mapping, images));
-    else
-        shaded.paints.push_back(load(object.paint, mapping, images));
+    else shaded.paints.push_back(load(object.paint, mapping, images));
     if (object.material == Material::diffuse)
         for (const LoadedPaint& paint : shaded.paints) check_albedo_of_image(paint);
     if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(geometry.mesh);
@@ -115,12 +128,13 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
 
 }  // namespace
 
-Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images) {
-    Images images{with_images, {}, {}};
+Paints::Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images, const Paints* earlier) {
+    Images images{{}, with_images, earlier ? earlier->images_.get() : nullptr};
     sky_ = load(scene.sky, images);
     far_sky_ = load(scene.far_sky, images);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         objects_.push_back(load(scene.objects[i], geometry.objects()[i], images));
+    images_ = std::make_shared<const LoadedImages>(std::move(static_cast<LoadedImages&>(images)));
 }
 
 Float3 Paints::surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
@@ -139,9 +153,7 @@ SkyFilter Paints::sky_filter(bool on_second_sheet, const Footprint& footprint) c
     return paint.image ? kagero::sky_filter(*paint.image, footprint) : SkyFilter{footprint, {}};
 }
 
-bool Paints::sky_has_pattern() const {
-    return has_pattern(sky_.paint) || has_pattern(far_sky_.paint);
-}
+bool Paints::sky_has_pattern() const { return has_pattern(sky_.paint) || has_pattern(far_sky_.paint); }
 
 bool Paints::surfaces_have_patterns() const {
     return std::any_of(objects_.begin(), objects_.end(), [](const ShadedObject& object) {

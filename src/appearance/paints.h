@@ -3,6 +3,9 @@
 
 #include "appearance/shading.h"
 
+#include <memory>
+#include <vector>
+
 namespace kagero {
 
 /// Paint and axes of a sky.
@@ -11,12 +14,17 @@ struct LoadedSky {
     SkyAxes axes{{0, 0, 1}};
 };
 
+/// The images of the paints of a scene (paints.cpp).
+struct LoadedImages;
+
 /// Owns the textures of a scene. Immutable after construction, so any number of threads may use it concurrently.
 class Paints {
 public:
     /// Loads the images of the textures if `with_images` is true. Colours of textures are available only then. Keeps
-    /// pointers into `geometry`, which must outlive this object. Throws InputError if an image cannot be read.
-    Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images);
+    /// pointers into `geometry`, which must outlive this object. `earlier`, if not null, contains the paints of another
+    /// frame, whose images are used again. Throws InputError if an image cannot be read.
+    Paints(const SceneDescription& scene, const SceneGeometry& geometry, bool with_images,
+           const Paints* earlier = nullptr);
 
     /// Returns the linear colour of a surface at a point relative to `space.center`. `ray_direction` is the unit
     /// direction of the ray at its end, traced from the camera. `redshift` is the observed frequency divided by the
@@ -41,7 +49,8 @@ public:
 
 private:
     LoadedSky sky_, far_sky_;
-    std::vector<ShadedObject> objects_;  ///< One per surface, in the same order.
+    std::shared_ptr<const LoadedImages> images_;  ///< All images of the paints.
+    std::vector<ShadedObject> objects_;           ///< One per surface, in the same order.
 };
 
 }  // namespace kagero

@@ -237,8 +237,8 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options, Sc
 }
 
 SceneDescription scene_of_text(const Arguments& arguments, const Options& options, const std::string& text,
-                               const std::string& path) {
-    return load_scene_text(text, path, overrides_of(arguments), catalogue(options.isa));
+                               const std::string& path, SceneUse use) {
+    return load_scene_text(text, path, overrides_of(arguments), catalogue(options.isa), use);
 }
 
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options) {

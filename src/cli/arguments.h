@@ -24,7 +24,8 @@ struct Arguments {
     std::string integrator, step, tolerance, size, spp, seed, sampling, layers, crop, pixel, lanes;
     std::string rays = "-", observer, parameter, columns, every;
     std::string part, frames;
-    std::vector<std::string> parts;  ///< Files of `merge`.
+    std::vector<std::string> parts;   ///< Files of `merge`.
+    std::vector<std::string> varied;  ///< Keys of `sweep` with their values.
     bool resume = false, incomplete = false, mpi = false, send_files = false;
     std::string bounces, repeat, sample, methods, baseline, equal_error, rounds, schedule = "auto", time_limit;
     std::string port = "8080", bind = "127.0.0.1";
@@ -73,7 +74,7 @@ std::vector<Override> overrides_of(const Arguments& arguments);
 SceneDescription scene_of(const Arguments& arguments, const Options& options, SceneUse use = SceneUse::picture);
 /// As scene_of, but with a text that was read before. `path` is that of the scene file.
 SceneDescription scene_of_text(const Arguments& arguments, const Options& options, const std::string& text,
-                               const std::string& path);
+                               const std::string& path, SceneUse use = SceneUse::picture);
 /// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the
 /// scene states a method that needs the orbit plane, the scene is read without this change.
 SceneDescription general_path_scene_of(Arguments arguments, const Options& options);

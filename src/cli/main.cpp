@@ -16,8 +16,9 @@ namespace {
 using namespace kagero;
 
 // A new verb needs one more row here.
-const Verb* const verbs[] = {&render_verb,  &merge_verb, &trace_verb,     &explain_verb, &check_verb, &print_verb,
-                             &compare_verb, &error_verb, &stability_verb, &profile_verb, &view_verb,  &list_verb};
+const Verb* const verbs[] = {&render_verb,  &merge_verb, &trace_verb,   &sweep_verb, &explain_verb,
+                             &check_verb,   &print_verb, &compare_verb, &error_verb, &stability_verb,
+                             &profile_verb, &view_verb,  &list_verb};
 
 constexpr const char* exit_statuses =
     "`kagero VERB --help` shows the options of a verb.\n"

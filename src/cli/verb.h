@@ -15,7 +15,7 @@ struct Verb {
 };
 
 extern const Verb render_verb, trace_verb, explain_verb, check_verb, print_verb, compare_verb, error_verb,
-    stability_verb, profile_verb, list_verb, merge_verb, view_verb;
+    stability_verb, profile_verb, list_verb, merge_verb, view_verb, sweep_verb;
 
 /// Exit statuses.
 inline constexpr int exit_done = 0;

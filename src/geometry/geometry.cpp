@@ -25,8 +25,18 @@ struct SceneGeometry::Content {
 
 namespace {
 
-ObjectGeometry load(const ObjectDescription& object, const Double3& space_center, std::vector<std::string>& remarks) {
+/// Returns everything that determines a mesh from a file and its remarks, as a text; "" for other shapes.
+std::string file_inputs_of(const ObjectDescription& object, const Double3& space_center) {
+    if (object.shape != Shape::mesh) return "";
+    return object.name + ' ' + object.file + ' ' + std::to_string(static_cast<int>(object.paint.kind)) + ' ' +
+           to_toml(object.scale) + to_toml(object.rotate) + to_toml(object.translate) + to_toml(space_center);
+}
+
+/// Loads an object. `earlier`, if not null, is the same object in another frame.
+ObjectGeometry load(const ObjectDescription& object, const Double3& space_center, const ObjectGeometry* earlier) {
     ObjectGeometry loaded;
+    loaded.file_inputs = file_inputs_of(object, space_center);
+    if (earlier && !loaded.file_inputs.empty() && earlier->file_inputs == loaded.file_inputs) return *earlier;
     loaded.shape = object.shape;
     loaded.center = subtract(object.center, space_center);
     switch (object.shape) {
@@ -34,7 +44,7 @@ ObjectGeometry load(const ObjectDescription& object, const Double3& space_center
         case Shape::box:
         case Shape::room: loaded.mesh = box_mesh(object, space_center); break;
         case Shape::sphere: break;
-        case Shape::mesh: loaded.mesh = load_mesh(object, space_center, remarks); break;
+        case Shape::mesh: loaded.mesh = load_mesh(object, space_center, loaded.file_remarks); break;
         case Shape::disk: loaded.mesh = disk_mesh(object, space_center); break;
     }
     loaded.planes = planes_of(loaded.mesh);
@@ -146,7 +156,7 @@ void choose_coordinates(const SceneDescription& scene, const Bounds& bounds, Geo
 /// Adds a remark if rounding to single precision visibly displaces an object. All objects share the scale and shift of
 /// Embree's coordinates, so the coordinates of a small object far from the middle differ in few bits.
 void remark_on_displacement(const ObjectDescription& description, const ObjectGeometry& object, const Surface& surface,
-                     const Geometry& geometry, std::vector<std::string>& remarks) {
+                            const Geometry& geometry, std::vector<std::string>& remarks) {
     constexpr double visible_displacement = 1e-3;  // relative to the size of the object
     Bounds bounds;
     extend_bounds(bounds, object, surface);
@@ -167,7 +177,7 @@ void remark_on_displacement(const ObjectDescription& description, const ObjectGe
 }  // namespace
 
 SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells,
-                             const std::optional<Spheroid>& reflected)
+                             const std::optional<Spheroid>& reflected, const SceneGeometry* earlier)
     : content_(std::make_unique<Content>()) {
     Content& content = *content_;
     if (scene.objects.empty()) return;
@@ -176,8 +186,12 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     content.reflected.reserve(scene.objects.size());
     std::vector<std::size_t> triangle_counts;
     for (const ObjectDescription& object : scene.objects) {
-        content.objects.push_back(load(object, scene.space.center, content.remarks));
+        const std::size_t index = content.objects.size();
+        const bool has_earlier = earlier && index < earlier->objects().size();
+        content.objects.push_back(load(object, scene.space.center, has_earlier ? &earlier->objects()[index] : nullptr));
         const ObjectGeometry* for_kernels = &content.objects.back();
+        content.remarks.insert(content.remarks.end(), for_kernels->file_remarks.begin(),
+                               for_kernels->file_remarks.end());
         if (reflected && range_of_object(*for_kernels, object.radius, *reflected).greatest < 1)
             for_kernels = &content.reflected.emplace_back(reflected_object(*for_kernels));
         content.surfaces.push_back(surface_of(object, *for_kernels));
@@ -190,15 +204,14 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
     choose_coordinates(scene, bounds, geometry);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         remark_on_displacement(scene.objects[i], content.objects[i], content.surfaces[i], geometry, content.remarks);
-    content.embree = std::make_unique<EmbreeScene>(content.surfaces, triangle_counts,
-                                                   rings_of(scene.objects, content.objects), geometry.shift,
-                                                   Double3{geometry.scale, geometry.scale, geometry.scale});
+    content.embree =
+        std::make_unique<EmbreeScene>(content.surfaces, triangle_counts, rings_of(scene.objects, content.objects),
+                                      geometry.shift, Double3{geometry.scale, geometry.scale, geometry.scale});
     geometry.embree_scene = content.embree->scene();
     geometry.surfaces = content.surfaces.data();
     geometry.surface_count = static_cast<std::uint32_t>(content.surfaces.size());
-    geometry.has_spheres = std::any_of(content.surfaces.begin(), content.surfaces.end(), [](const Surface& surface) {
-        return surface.kind == Surface::Kind::sphere;
-    });
+    geometry.has_spheres = std::any_of(content.surfaces.begin(), content.surfaces.end(),
+                                       [](const Surface& surface) { return surface.kind == Surface::Kind::sphere; });
     if (!clearance_cells || !scene.integrator.cull) return;
     const Double3 stretch = clearance_stretch(bounds);
     std::unique_ptr<EmbreeScene> stretched;  // for point queries, which ignore spheres and rings
@@ -212,13 +225,9 @@ SceneGeometry::SceneGeometry(const SceneDescription& scene, std::uint32_t cleara
 
 SceneGeometry::~SceneGeometry() = default;
 
-const Geometry* SceneGeometry::kernel_view() const {
-    return content_->embree ? &content_->geometry : nullptr;
-}
+const Geometry* SceneGeometry::kernel_view() const { return content_->embree ? &content_->geometry : nullptr; }
 
-const std::vector<ObjectGeometry>& SceneGeometry::objects() const {
-    return content_->objects;
-}
+const std::vector<ObjectGeometry>& SceneGeometry::objects() const { return content_->objects; }
 
 bool SceneGeometry::on_same_face(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                                  std::uint32_t other_primitive, const Double3& other_point) const {
@@ -242,9 +251,7 @@ Face SceneGeometry::face_of(std::uint32_t surface, std::uint32_t primitive) cons
     return {surface, 0, std::numeric_limits<std::uint32_t>::max()};
 }
 
-const std::vector<std::string>& SceneGeometry::remarks() const {
-    return content_->remarks;
-}
+const std::vector<std::string>& SceneGeometry::remarks() const { return content_->remarks; }
 
 double SceneGeometry::distance_from_center(double limit) const {
     return content_->embree ? distance_to_surfaces(content_->geometry, {0, 0, 0}, limit) : limit;
@@ -267,8 +274,6 @@ SpheroidRange SceneGeometry::range_of(std::uint32_t surface, const Spheroid& sph
     return range_of_object(content_->objects[surface], content_->surfaces[surface].radius, spheroid);
 }
 
-double SceneGeometry::diagonal() const {
-    return content_->diagonal;
-}
+double SceneGeometry::diagonal() const { return content_->diagonal; }
 
 }  // namespace kagero

@@ -15,6 +15,8 @@ struct ObjectGeometry {
     TriangleMesh mesh;           ///< Triangles; none for a sphere.
     std::vector<double> planes;  ///< Planes of the triangles, as planes_of returns them.
     Double3 center{};            ///< Centre of a sphere or disk.
+    std::string file_inputs{};   ///< Text that determines the mesh if it is read from a file; empty for other shapes.
+    std::vector<std::string> file_remarks{};  ///< Remarks on the file of a mesh.
 };
 
 /// A spheroid around `space.center` with its axis along z, given by its semi-axes.
@@ -37,9 +39,10 @@ public:
     /// Loads the meshes, and builds the Embree scene and the clearance grid. `clearance_cells` is the number of cells
     /// along the grid's longest edge. No grid is built if this number is 0, or if the scene switches culling off.
     /// Throws InputError if a mesh cannot be loaded or if the objects are too small. If `reflected` is given, kernels
-    /// get the objects inside this spheroid reflected, y → −y (kernels/observers/charts.h).
+    /// get the objects inside this spheroid reflected, y → −y (kernels/observers/charts.h). `earlier`, if not null, is
+    /// the geometry of another frame. Its meshes are used again for objects that have not changed.
     explicit SceneGeometry(const SceneDescription& scene, std::uint32_t clearance_cells = max_clearance_cells,
-                           const std::optional<Spheroid>& reflected = {});
+                           const std::optional<Spheroid>& reflected = {}, const SceneGeometry* earlier = nullptr);
     ~SceneGeometry();
 
     /// Returns the data for the kernels, relative to `space.center`; null if the scene has no objects.

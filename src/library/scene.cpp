@@ -1,6 +1,5 @@
 #include <kagero/scene.h>
 
-#include "accuracy/end_errors.h"
 #include "library/choices.h"
 #include "library/picture_content.h"
 #include "library/ray_arrays.h"
@@ -53,12 +52,11 @@ LoadedScene LoadedScene::override(const std::vector<std::string>& overrides) con
 
 Picture LoadedScene::render(const RunOptions& options, const std::vector<std::string>& layers) const {
     const RunControl control = control_of(options);
-    std::shared_ptr<const Plan> plan = plans_->picture(options, layers, control);
-    Film film = film_of(*plan);
-    RunReport report = render_with_errors(*plan, film, control);
-    RunChoices choices = run_choices_of(*plan);
-    return Picture(std::unique_ptr<Picture::Content>(
-        new Picture::Content{std::move(plan), std::move(film), std::move(report), std::move(choices)}));
+    RenderedPicture picture = plans_->render(options, layers, control);
+    RunChoices choices = run_choices_of(*picture.plan);
+    return Picture(
+        std::unique_ptr<Picture::Content>(new Picture::Content{std::move(picture.plan), std::move(*picture.film),
+                                                               std::move(picture.report), std::move(choices)}));
 }
 
 std::vector<TracedRay> LoadedScene::trace(const std::vector<Ray>& rays, const TraceOptions& request,

@@ -1,6 +1,8 @@
 #include "library/scene_plans.h"
 
+#include "accuracy/end_errors.h"
 #include "error.h"
+#include "frames/sub_frames.h"
 #include "library/choices.h"
 #include "plan/names.h"
 #include "scene/value.h"
@@ -99,44 +101,60 @@ SceneSource with_text(SceneSource source) {
 ScenePlans::ScenePlans(SceneSource source)
     : source_(with_text(std::move(source))), description_(description_of(source_, {}, SceneUse::single_rays)) {}
 
-std::shared_ptr<const Plan> ScenePlans::find(const std::string& key) const {
+std::optional<ScenePlans::KeptPlan> ScenePlans::find(const std::string& key) const {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const KeptPlan& kept) { return kept.key == key; });
-    if (found == kept_.end()) return nullptr;
+    if (found == kept_.end()) return {};
     std::rotate(found, found + 1, kept_.end());
-    return kept_.back().plan;
+    return kept_.back();
 }
 
-std::shared_ptr<const Plan> ScenePlans::keep(const std::string& key, Plan plan) const {
+ScenePlans::KeptPlan ScenePlans::keep(KeptPlan plan) const {
     constexpr std::size_t max_plans = 4;
-    auto kept = std::make_shared<const Plan>(std::move(plan));
     const std::lock_guard lock(mutex_);
     if (kept_.size() == max_plans) kept_.erase(kept_.begin());
-    kept_.push_back({key, kept});
-    return kept;
+    kept_.push_back(plan);
+    return plan;
 }
 
-std::shared_ptr<const Plan> ScenePlans::picture(const RunOptions& requested, const std::vector<std::string>& layers,
-                                                const RunControl& control) const {
+/// Returns the plan of a picture, and those of its sub-frames if it has some.
+ScenePlans::KeptPlan ScenePlans::kept_picture(const RunOptions& requested, const std::vector<std::string>& layers,
+                                              const RunControl& control) const {
     std::string key = key_of(requested, "picture");
     for (const std::string& layer : layers) append_to_key(key, layer);
-    if (auto found = find(key)) return found;
+    if (const auto found = find(key)) return *found;
     Options options = options_of(requested);
     options.energy_error = true;  // written to the metadata of EXR files
     SceneSource source = source_;
     std::string list;
     for (const std::string& layer : layers) append_to_list(list, to_toml(layer));
     if (!layers.empty()) source.overrides.push_back("film.layers=[" + list + "]");
-    Plan plan = resolve(description_of(source, options), options, Purpose::picture, control);
-    if (plan.description().camera.shutter > 0)
-        plan.remarks.push_back("camera.shutter has no effect on this picture, which shows one moment; `kagero render` "
-                               "and --frames open the shutter");
-    return keep(key, std::move(plan));
+    SceneDescription scene = description_of(source, options);
+    if (!has_sub_frames(scene)) {
+        Plan plan = resolve(std::move(scene), options, Purpose::picture, control);
+        return keep({key, std::make_shared<const Plan>(std::move(plan)), nullptr});
+    }
+    auto frames = std::make_shared<FramePlans>(std::move(scene), options, control);
+    return keep({key, std::make_shared<const Plan>(frames->first()), frames});
+}
+
+std::shared_ptr<const Plan> ScenePlans::picture(const RunOptions& requested, const std::vector<std::string>& layers,
+                                                const RunControl& control) const {
+    return kept_picture(requested, layers, control).plan;
+}
+
+RenderedPicture ScenePlans::render(const RunOptions& requested, const std::vector<std::string>& layers,
+                                   const RunControl& control) const {
+    const KeptPlan kept = kept_picture(requested, layers, control);
+    RenderedPicture picture{kept.plan, film_of(*kept.plan), {}};
+    picture.report = kept.frames ? render_sub_frames(*kept.frames, *kept.plan, 0, *picture.film, control)
+                                 : render_with_errors(*kept.plan, *picture.film, control);
+    return picture;
 }
 
 std::shared_ptr<const Plan> ScenePlans::rays(const RunOptions& requested, const RayRequest& request) const {
     const std::string key = key_of(requested, request);
-    if (auto found = find(key)) return found;
+    if (const auto found = find(key)) return found->plan;
     const Options options = options_of_rays(requested, request);
     Plan plan = resolve(request.parameter ? limited_description_of(source_, options)
                                           : description_of(source_, options, SceneUse::single_rays),
@@ -147,7 +165,7 @@ std::shared_ptr<const Plan> ScenePlans::rays(const RunOptions& requested, const 
                          "\" steps in an angle; choose a method other than orbit-* and mino-*");
     if (request.parameter) plan.run.parameter_limit = *request.parameter;
     plan.run.path_interval = request.every;
-    return keep(key, std::move(plan));
+    return keep({key, std::make_shared<const Plan>(std::move(plan)), nullptr}).plan;
 }
 
 }  // namespace kagero

@@ -1,7 +1,7 @@
 /// A loaded scene with the plans of its runs. The public classes and the Python module share it.
 #pragma once
 
-#include "plan/plan.h"
+#include "frames/frame_plans.h"
 #include "render/run_report.h"
 
 #include <kagero/options.h>
@@ -25,6 +25,13 @@ struct RayRequest {
 /// Greatest number of surfaces through which the rays of a list can continue.
 inline constexpr std::uint32_t max_ray_bounces = 1000;
 
+/// A rendered picture with the plan of its rays.
+struct RenderedPicture {
+    std::shared_ptr<const Plan> plan;
+    std::optional<Film> film;
+    RunReport report;
+};
+
 /// A loaded scene that keeps the last plans that it has made. All functions may be called from several threads at once.
 class ScenePlans {
 public:
@@ -39,6 +46,10 @@ public:
     /// Interrupted if `control.stop` is set during a trial.
     std::shared_ptr<const Plan> picture(const RunOptions& requested, const std::vector<std::string>& layers,
                                         const RunControl& control) const;
+    /// Renders a picture, as `kagero render` does: that of frame 0, which is the mean of sub-frames if the shutter is
+    /// open. For the arguments and exceptions, see picture().
+    RenderedPicture render(const RunOptions& requested, const std::vector<std::string>& layers,
+                           const RunControl& control) const;
     /// Returns the plan of a list of rays. Throws InputError.
     std::shared_ptr<const Plan> rays(const RunOptions& requested, const RayRequest& request) const;
 
@@ -46,10 +57,13 @@ private:
     struct KeptPlan {
         std::string key;  ///< All options that determine the plan.
         std::shared_ptr<const Plan> plan;
+        std::shared_ptr<FramePlans> frames;  ///< The plans of the sub-frames; null if the picture has none.
     };
 
-    std::shared_ptr<const Plan> find(const std::string& key) const;
-    std::shared_ptr<const Plan> keep(const std::string& key, Plan plan) const;
+    std::optional<KeptPlan> find(const std::string& key) const;
+    KeptPlan keep(KeptPlan plan) const;
+    KeptPlan kept_picture(const RunOptions& requested, const std::vector<std::string>& layers,
+                          const RunControl& control) const;
 
     SceneSource source_;
     SceneDescription description_;

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 namespace kagero {
 
@@ -46,6 +47,12 @@ public:
         put(std::uint64_t{text.size()});
         bytes.append(text);
     }
+    template <class Number>
+    void put_list(const std::vector<Number>& numbers) {
+        static_assert(std::is_trivially_copyable_v<Number>);
+        put(std::uint64_t{numbers.size()});
+        put_raw(numbers.data(), numbers.size() * sizeof(Number));
+    }
     void put_raw(const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); }
 
     std::string bytes;
@@ -69,6 +76,15 @@ public:
         rest_.remove_prefix(size);
         return text;
     }
+    /// Reads numbers that put_list has written.
+    template <class Number>
+    std::vector<Number> get_list() {
+        const auto size = get<std::uint64_t>();
+        if (size > rest_.size() / sizeof(Number)) refuse_short();
+        std::vector<Number> numbers(size);
+        get_raw(numbers.data(), size * sizeof(Number));
+        return numbers;
+    }
     void get_raw(void* data, std::size_t size) {
         require(size);
         if (size > 0) std::memcpy(data, rest_.data(), size);
@@ -77,8 +93,9 @@ public:
     bool empty() const { return rest_.empty(); }
 
 private:
+    [[noreturn]] static void refuse_short() { throw InputError("a record is shorter than its content"); }
     void require(std::uint64_t size) const {
-        if (size > rest_.size()) throw InputError("a record is shorter than its content");
+        if (size > rest_.size()) refuse_short();
     }
     std::string_view rest_;
 };

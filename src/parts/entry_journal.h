@@ -23,6 +23,8 @@ public:
     const std::string& path() const { return path_; }
     /// Returns the entry with this name, or nullptr.
     const Json* find(const std::string& name) const;
+    /// Returns all entries by their names.
+    const std::map<std::string, Json>& entries() const { return entries_; }
     /// Appends an entry and transfers the file to the disk. Throws RunError if writing fails.
     void append(const std::string& name, const Json& entry);
     /// Removes the file.

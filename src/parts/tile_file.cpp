@@ -16,7 +16,7 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 3;
+constexpr std::uint32_t format_version = 4;
 
 enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
 
@@ -150,20 +150,21 @@ void for_each_row(const TileFileHeader& header, const Tile& tile, FilmType& film
 std::size_t size_of_report(const TileReport& report) {
     constexpr std::size_t of_numbers = 1024;
     return of_numbers + report.generations.size() * sizeof(GenerationCount) +
+           (report.energy_errors.list.size() + report.interpolation_errors.list.size()) * sizeof(std::uint16_t) +
            (report.energy_errors.bins.size() + report.interpolation_errors.bins.size()) * sizeof(ValueCounts::Bin);
 }
 
 void put_values(ByteWriter& writer, const ValueCounts& values) {
     writer.put(values.max);
-    writer.put(std::uint64_t{values.bins.size()});
-    for (const ValueCounts::Bin& bin : values.bins) writer.put(bin);
+    writer.put_list(values.list);
+    writer.put_list(values.bins);
 }
 
 ValueCounts get_values(ByteReader& reader) {
     ValueCounts values;
     values.max = reader.get<double>();
-    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
-        values.bins.push_back(reader.get<ValueCounts::Bin>());
+    values.list = reader.get_list<std::uint16_t>();
+    values.bins = reader.get_list<ValueCounts::Bin>();
     return values;
 }
 
@@ -174,8 +175,7 @@ void put_report(ByteWriter& writer, const TileReport& report) {
     writer.put(std::uint64_t{report.path_lengths.greatest});
     writer.put(report.path_lengths.cut_off);
     writer.put(report.failures);
-    writer.put(std::uint64_t{report.generations.size()});
-    for (const GenerationCount& generation : report.generations) writer.put(generation);
+    writer.put_list(report.generations);
     put_values(writer, report.energy_errors);
     writer.put(report.pixels);
     writer.put(report.interpolated_pixels);
@@ -190,8 +190,7 @@ TileReport get_report(ByteReader& reader) {
     report.path_lengths.greatest = static_cast<std::uint32_t>(reader.get<std::uint64_t>());
     report.path_lengths.cut_off = reader.get<std::uint64_t>();
     report.failures = reader.get<decltype(report.failures)>();
-    for (auto left = reader.get<std::uint64_t>(); left > 0; --left)
-        report.generations.push_back(reader.get<GenerationCount>());
+    report.generations = reader.get_list<GenerationCount>();
     report.energy_errors = get_values(reader);
     report.pixels = reader.get<std::uint64_t>();
     report.interpolated_pixels = reader.get<std::uint64_t>();

@@ -110,7 +110,9 @@ Shared<SceneGeometry> geometry_of(const Scene& scene, const Scene* surrounding, 
     const std::uint32_t cells = clearance_cells(scene, purpose);
     const std::string inputs = geometry_inputs(scene.description, cells, reflected);
     if (earlier && earlier->geometry_inputs == inputs) return {earlier->geometry, inputs};
-    return {std::make_shared<const SceneGeometry>(scene.description, cells, reflected), inputs};
+    return {std::make_shared<const SceneGeometry>(scene.description, cells, reflected,
+                                                  earlier ? earlier->geometry.get() : nullptr),
+            inputs};
 }
 
 /// Returns the paints of a picture or ray list. `earlier` is the scene of another frame, or null.
@@ -118,7 +120,9 @@ Shared<Paints> paints_of(const Scene& scene, Purpose purpose, const Scene* earli
     const std::string inputs = print_skies(scene.description);
     if (earlier && earlier->geometry == scene.geometry && earlier->paint_inputs == inputs)
         return {earlier->paints, inputs};
-    return {std::make_shared<const Paints>(scene.description, *scene.geometry, purpose == Purpose::picture), inputs};
+    return {std::make_shared<const Paints>(scene.description, *scene.geometry, purpose == Purpose::picture,
+                                           earlier ? earlier->paints.get() : nullptr),
+            inputs};
 }
 
 /// Makes the scene of one space, without paints, sources and media. Lengths in the description are in units of `unit`.
@@ -278,8 +282,8 @@ std::string why_failed(const Scene& scene, Precision precision, Failure failure)
                "by space.domain, space.capture or a smaller integrator.escape_radius";
     std::string reason = describe(failure);
     if (failure == Failure::no_momentum && formula) {
-        const std::string cause = cause_of_missing_momentum(
-            *formula, subtract(scene.description.camera.position, scene.description.space.center));
+        const std::string cause = cause_of_missing_momentum(*formula, subtract(scene.description.camera.position,
+                                                                               scene.description.space.center));
         return cause.empty() ? reason : reason + ": " + cause;
     }
     if (failure != Failure::not_finite) return reason;

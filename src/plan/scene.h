@@ -64,7 +64,8 @@ Catalogue catalogue(const std::string& isa);
 
 /// Loads the kernel module and the meshes, compiles formulas, and for pictures loads images. Throws InputError if any
 /// of them is invalid. `earlier`, if not null, is the scene of another frame of the same animation, made with the same
-/// options. Its geometry and paints are used again if they would be the same.
+/// options. Its geometry and paints are used again if they would be the same; otherwise its images, and the meshes of
+/// objects that have not changed.
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose,
                                         const Scene* earlier = nullptr);
 

@@ -68,20 +68,14 @@ py::dict arrays_of(Film& film) {
     return arrays;
 }
 
-/// A rendered film with its plan.
-struct Rendering {
-    std::shared_ptr<const Plan> plan;
-    std::optional<Film> film;
-    RunReport report;
+/// A rendered picture with its warnings.
+struct Rendering : RenderedPicture {
     std::vector<Warning> warnings;
 };
 
 Rendering rendering_of(const ScenePlans& scene, const RunOptions& options, const Texts& layers,
                        const RunControl& control) {
-    Rendering rendering;
-    rendering.plan = scene.picture(options, layers, control);
-    rendering.film.emplace(film_of(*rendering.plan));
-    rendering.report = render_with_errors(*rendering.plan, *rendering.film, control);
+    Rendering rendering{scene.render(options, layers, control), {}};
     rendering.warnings = warnings_of(*rendering.plan, rendering.report, "and are black");
     return rendering;
 }

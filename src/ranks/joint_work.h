@@ -20,6 +20,8 @@ public:
     const std::atomic<bool>* stop() const { return &stop_; }
     /// Returns true if the own work of this rank is done. On rank 0, the other ranks may continue.
     bool own_work_is_done() const { return own_work_is_done_; }
+    /// Rank 0: returns true if the work of all other ranks is done, and their results were received.
+    bool others_have_ended() const { return ended_ + 1 >= ranks_.size(); }
     /// Other ranks: sends a result to rank 0. May be called from any thread.
     void post_result(std::string bytes) { link_.post(0, result_message, std::move(bytes)); }
 
@@ -59,8 +61,8 @@ private:
     std::exception_ptr own_failure_, receive_failure_;
     std::vector<End> ends_;  ///< On rank 0, one for each rank. Used by the thread of the link until it has ended.
     End own_end_;
-    int ended_ = 0;  ///< Number of other ranks that have ended.
-    RankLink link_;  ///< The last member, because its thread uses the others.
+    std::atomic<int> ended_ = 0;  ///< Number of other ranks that have ended.
+    RankLink link_;               ///< The last member, because its thread uses the others.
 };
 
 }  // namespace kagero

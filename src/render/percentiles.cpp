@@ -1,27 +1,11 @@
 #include "render/percentiles.h"
 
-#include <algorithm>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
 
 namespace kagero {
-namespace {
-
-// A bin of the histogram is identified by the leading bits of a double: the exponent, from −128 to 127, and the first
-// eight bits of the fraction.
-constexpr int fraction_bits = 8, dropped_bits = 52 - fraction_bits;
-constexpr std::uint64_t bin_count = std::uint64_t(256) << fraction_bits, first_bin = std::uint64_t(1023 - 128)
-                                                                                     << fraction_bits;
-
-std::uint64_t bin_of(double value) {
-    const std::uint64_t leading = std::bit_cast<std::uint64_t>(value) >> dropped_bits;
-    return std::clamp(leading, first_bin, first_bin + bin_count - 1) - first_bin;
-}
-
-}  // namespace
 
 Percentiles percentiles_of(std::vector<double> values) {
     constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
@@ -37,39 +21,48 @@ Percentiles percentiles_of(std::vector<double> values) {
 }
 
 void PercentileHistogram::add(double value) {
-    if (bins_.empty()) bins_.resize(bin_count);
-    ++bins_[bin_of(value)];
+    if (bins_.empty()) bins_.resize(ValueBins::count);
+    ++bins_[ValueBins::bin_of(value)];
     ++total_;
     max_ = std::max(max_, value);
 }
 
 void PercentileHistogram::add(const PercentileHistogram& other) {
     if (other.empty()) return;
-    bins_.resize(bin_count);
+    bins_.resize(ValueBins::count);
     std::transform(bins_.begin(), bins_.end(), other.bins_.begin(), bins_.begin(), std::plus<>());
     total_ += other.total_;
     max_ = std::max(max_, other.max_);
 }
 
-void ValueCounter::add(double value) {
-    const auto index = static_cast<std::uint32_t>(bin_of(value));
-    std::uint32_t& place = places_[index % places_.size()];
-    if (place == 0 || counts_.bins[place - 1].index != index) {
-        counts_.bins.push_back({index, 0});
-        place = static_cast<std::uint32_t>(counts_.bins.size());
+/// Moves the values of the list to the bins.
+void ValueCounter::count_list() {
+    if (places_.empty()) places_.resize(ValueBins::count);
+    for (const std::uint16_t index : counts_.list) {
+        std::uint32_t& place = places_[index];
+        if (place == 0) {
+            counts_.bins.push_back({index, 0});
+            place = static_cast<std::uint32_t>(counts_.bins.size());
+        }
+        ++counts_.bins[place - 1].count;
     }
-    ++counts_.bins[place - 1].count;
-    counts_.max = std::max(counts_.max, value);
+    counts_.list.clear();
 }
 
 ValueCounts ValueCounter::take() {
-    places_.fill(0);
-    return std::exchange(counts_, {});
+    if (!counts_.bins.empty()) count_list();
+    for (const ValueCounts::Bin& bin : counts_.bins) places_[bin.index] = 0;
+    const std::size_t listed = counts_.list.size();
+    ValueCounts counts = std::exchange(counts_, {});
+    counts_.list.reserve(listed);  // The next tile has about as many values.
+    return counts;
 }
 
 void PercentileHistogram::add(const ValueCounts& counts) {
-    if (counts.bins.empty()) return;
-    bins_.resize(bin_count);
+    if (counts.bins.empty() && counts.list.empty()) return;
+    bins_.resize(ValueBins::count);
+    for (const std::uint16_t index : counts.list) ++bins_[index];
+    total_ += counts.list.size();
     for (const auto& [index, count] : counts.bins) {
         bins_.at(index) += count;
         total_ += count;
@@ -82,8 +75,10 @@ void PercentileHistogram::add(const ValueCounts& counts) {
 double PercentileHistogram::quantile(double share) const {
     const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
     std::uint64_t bin = 0;
-    for (std::uint64_t counted = bins_[0]; counted < rank; counted += bins_[++bin]) {}
-    return bin == 0 ? 0 : std::min(max_, std::bit_cast<double>((first_bin + bin + 1) << dropped_bits));
+    for (std::uint64_t counted = bins_[0]; counted < rank; counted += bins_[++bin]) {
+    }
+    return bin == 0 ? 0
+                    : std::min(max_, std::bit_cast<double>((ValueBins::first + bin + 1) << ValueBins::dropped_bits));
 }
 
 Percentiles PercentileHistogram::percentiles() const {

@@ -1,7 +1,8 @@
 /// Percentiles of a quantity over rays.
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -15,28 +16,49 @@ struct Percentiles {
 /// values are not greater. All percentiles are NaN if there are no values.
 Percentiles percentiles_of(std::vector<double> values);
 
-/// The values of a tile, counted in the bins of PercentileHistogram. Only bins that contain values are stored.
+/// Bins of values. A bin is identified by the leading bits of a double: the exponent, from −128 to 127, and the first
+/// eight bits of the fraction.
+struct ValueBins {
+    static constexpr int fraction_bits = 8, dropped_bits = 52 - fraction_bits;
+    static constexpr std::uint64_t count = std::uint64_t(256) << fraction_bits;
+    static constexpr std::uint64_t first = std::uint64_t(1023 - 128) << fraction_bits;
+
+    /// Returns the index of the bin of a value, below `count`.
+    static std::uint16_t bin_of(double value) {
+        const std::uint64_t leading = std::bit_cast<std::uint64_t>(value) >> dropped_bits;
+        return static_cast<std::uint16_t>(std::clamp(leading, first, first + count - 1) - first);
+    }
+};
+
+/// The values of a tile, counted in ValueBins. Few values are a list of bins, which needs the least time and memory.
 struct ValueCounts {
     /// A bin, and the number of values in it.
     struct Bin {
         std::uint32_t index, count;
     };
-    std::vector<Bin> bins;  ///< In the order of their first values. The same bin can occur more than once.
-    double max = 0;         ///< The greatest value.
+    std::vector<std::uint16_t> list;  ///< The bin of each value; empty if there are many values.
+    std::vector<Bin> bins;            ///< The bins that contain values, in any order; empty if there are few values.
+    double max = 0;                   ///< The greatest value.
 };
 
 /// Counts the values of one tile after another, in constant time per value.
 class ValueCounter {
 public:
     /// Counts a value, which must not be negative or NaN.
-    void add(double value);
+    void add(double value) {
+        if (counts_.list.size() == longest_list) count_list();
+        counts_.list.push_back(ValueBins::bin_of(value));
+        counts_.max = std::max(counts_.max, value);
+    }
     /// Returns the counts of all values since the last call.
     ValueCounts take();
 
 private:
-    /// Places of bins in `counts_`, plus 1, by the last bits of their indices; 0: none. The table fits into the fastest
-    /// cache. If two bins have the same last bits, `counts_` contains them more than once.
-    std::array<std::uint32_t, 2048> places_{};
+    static constexpr std::size_t longest_list = 4096;
+
+    void count_list();
+
+    std::vector<std::uint32_t> places_;  ///< For each bin, its place in `counts_`, plus 1; 0: none.
     ValueCounts counts_;
 };
 

@@ -10,10 +10,6 @@
 namespace kagero {
 namespace {
 
-/// Greatest number of rays on which the energy drift of a method is measured.
-constexpr std::size_t max_drift_rays = 8;
-/// A quick study measures errors on all rays and threads, but times only every fourth block of adjacent rays.
-constexpr std::size_t rays_per_block = 64, timed_block_interval = 4;
 /// Total time of the repeated runs of each point, seconds. There are at least StudyOptions::repeats runs, and at most
 /// four times as many.
 constexpr double seconds_per_point = 0.15;
@@ -22,48 +18,27 @@ constexpr double seconds_per_quick_point = 0.25;
 /// Greatest width of the compared pictures, pixels.
 constexpr std::uint32_t picture_width = 128;
 
-/// Returns the limit of steps for runs without surfaces: one more than 99 % of the rays need with surfaces. `ends` are
-/// the ray ends with surfaces. Without this limit, rays on closed orbits would run to the scene's limit.
-std::uint32_t step_limit_of(const std::vector<RayEnd>& ends) {
-    std::vector<double> steps;
-    for (const RayEnd& end : ends) steps.push_back(end.steps);
-    return static_cast<std::uint32_t>(percentiles_of(std::move(steps)).p99) + 1;
-}
-
-/// Returns the plan without surfaces and with at most `max_steps` steps per ray; unchanged if it has no surfaces.
-Plan without_surfaces(Plan plan, std::uint32_t max_steps) {
-    if (!plan.scene->geometry->kernel_view()) return plan;
-    plan.run.surfaces = false;
-    plan.run.max_steps = std::min(plan.run.max_steps, max_steps);
-    return plan;
-}
-
 /// Runs one error study.
 class Study {
 public:
     Study(const Plan& plan, const StudyOptions& options, const Progress& progress, const std::atomic<bool>* stop)
-        : progress_(progress), stop_(stop), builder_(plan, options, stop) {
+        : progress_(progress), stop_(stop), points_(plan, options, stop) {
         study_.options = options;
     }
 
     ErrorStudy run();
 
 private:
-    const Plan& plan() const { return builder_.plan(); }
-    bool stopped() const { return builder_.stopped(); }
+    const Plan& plan() const { return points_.builder().plan(); }
+    bool stopped() const { return points_.builder().stopped(); }
+    RunControl control() const { return points_.builder().control(); }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     /// Returns the estimated share of the study's time that `measure_ladders` takes, for the progress report.
     double share_of_ladders() const { return study_.options.quick ? 0.6 : 0.3; }
     void report_progress(double done) const {
         if (progress_) progress_(done, seconds());
     }
-    Plan plan_for_timing(const Variant& variant) const;
-    void choose_drift_rays();
-    void choose_timed_rays();
-    void measure_ladders();
-    std::optional<StudyPoint> restored_point(const Variant& variant);
-    bool add_timed_point(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                         const std::vector<RayEnd>& ends);
+    void measure_points();
     void choose_main_curves();
     void repeat_timing();
     void store_times();
@@ -81,19 +56,14 @@ private:
     const Progress& progress_;
     const std::atomic<bool>* stop_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-    CurveBuilder builder_;
+    PointMeasurements points_;
     ErrorStudy study_;
-    std::vector<RayStart> drift_rays_, timed_rays_;
-    std::size_t energy_ray_ = 0;  ///< Index of the sample ray along which the energy traces are recorded.
-    std::vector<TimedPoint> timed_;
 };
 
 ErrorStudy Study::run() {
-    builder_.prepare();
-    choose_drift_rays();
-    choose_timed_rays();
-    measure_ladders();
-    static_cast<ErrorCurves&>(study_) = builder_.finish();
+    points_.prepare();
+    measure_points();
+    static_cast<ErrorCurves&>(study_) = points_.builder().finish();
     choose_main_curves();
     repeat_timing();
     choose_cheapest();
@@ -105,88 +75,14 @@ ErrorStudy Study::run() {
     return std::move(study_);
 }
 
-/// Returns the plan of a variant with the number of threads that the options state for timed runs.
-Plan Study::plan_for_timing(const Variant& variant) const {
-    Plan timed = plan_with_variant(plan(), variant);
-    timed.run.threads = study_.options.threads;
-    return timed;
-}
-
-/// Chooses up to `max_drift_rays` rays with a conditioning below 100, from all parts of the picture. The energy error
-/// of an ill-conditioned ray would depend more on the ray than on the method. The energy traces are recorded along the
-/// ray with the greatest conditioning below 100.
-void Study::choose_drift_rays() {
-    const ReferenceRays& rays = builder_.reference_rays();
-    constexpr double max_conditioning = 100;
-    std::vector<std::size_t> candidates;
-    for (std::size_t i = 0; i < rays.ends.size(); ++i) {
-        const Status status = rays.ends[i].status;
-        if (!rays.confirmed[i] || (status != Status::hit && status != Status::escaped)) continue;
-        if (!(rays.conditioning[i] < max_conditioning)) continue;
-        if (candidates.empty() || rays.conditioning[i] > rays.conditioning[energy_ray_]) energy_ray_ = i;
-        candidates.push_back(i);
+/// Measures the points of all methods. With a share, those of other methods are measured by other processes first.
+void Study::measure_points() {
+    const auto progress = [&](double done) { report_progress(share_of_ladders() * done); };
+    if (study_.options.share.count > 1) {
+        points_.measure(study_.options.share, progress);
+        study_.options.await_others();
     }
-    const std::size_t count = std::min(max_drift_rays, candidates.size());
-    for (std::size_t k = 0; k < count; ++k)
-        drift_rays_.push_back(
-            builder_.curves().sample.starts[candidates[(2 * k + 1) * candidates.size() / (2 * count)]]);
-}
-
-/// Chooses the rays that are timed: all rays, or every fourth block of rays in a quick study.
-void Study::choose_timed_rays() {
-    const std::vector<RayStart>& all = builder_.curves().sample.starts;
-    for (std::size_t i = 0; i < all.size(); ++i)
-        if (!study_.options.quick || i / rays_per_block % timed_block_interval == 0) timed_rays_.push_back(all[i]);
-}
-
-void Study::measure_ladders() {
-    const auto add_point = [&](const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                               const std::vector<RayEnd>& ends) {
-        return add_timed_point(variant, curve, point, run, ends);
-    };
-    builder_.measure_ladders([&](double done) { report_progress(share_of_ladders() * done); }, add_point,
-                             [&](const Variant& variant) { return restored_point(variant); });
-}
-
-/// Returns the stored point of a variant, if there is one, and adds it to the timed points.
-std::optional<StudyPoint> Study::restored_point(const Variant& variant) {
-    const std::vector<StudyCurve>& curves = builder_.curves().curves;
-    TimedPoint timed{variant, curves.size() - 1, curves.back().points.size()};
-    const auto point = restore_point(study_.options.store, plan(), timed);
-    if (point) timed_.push_back(std::move(timed));
-    return point;
-}
-
-/// Adds a point to the timed points, estimates its time and measures its energy drift. `run` and `ends` are the report
-/// and the ray ends of the run that measured the errors of the point. A quick study traces the timed rays once more;
-/// that run counts as the first timed run. Returns false if a run was interrupted.
-bool Study::add_timed_point(const Variant& variant, std::size_t curve, StudyPoint& point, const RunReport& run,
-                            const std::vector<RayEnd>& ends) {
-    TimedPoint timed{variant, curve, builder_.curves().curves[curve].points.size(), 0, 0, step_limit_of(ends)};
-    const bool quick = study_.options.quick;
-    double seconds_with = run.seconds;  // of a run with surfaces
-    std::vector<RayEnd> unused;
-    if (quick) {
-        const RunReport timed_run = trace(plan_for_timing(variant), timed_rays_, unused, builder_.control());
-        if (timed_run.interrupted) return false;
-        seconds_with = timed_run.seconds;
-    }
-    const Plan plan_without =
-        without_surfaces(quick ? plan_for_timing(variant) : plan_with_variant(plan(), variant), timed.max_steps);
-    const RunReport without = trace(plan_without, timed_rays_, unused, builder_.control());
-    if (without.interrupted) return false;
-    const double timed_rays = double(timed_rays_.size());
-    point.steps_without_surfaces = double(without.counters.steps) / timed_rays;
-    // These runs and the timed runs may have different numbers of threads.
-    timed.estimate = (seconds_with + without.seconds) * plan_without.run.threads / study_.options.threads;
-    if (quick) {
-        timed.with_surfaces = {1e9 * seconds_with / timed_rays};
-        timed.without_surfaces = {1e9 * without.seconds / timed_rays};
-    }
-    point.drift = energy_drift(plan(), variant, drift_rays_);
-    keep_point(study_.options.store, plan(), point, timed);
-    timed_.push_back(std::move(timed));
-    return true;
+    points_.measure({}, progress);
 }
 
 /// Chooses strategy and precision of the main curves: the first combination with a measured curve, in the order packets
@@ -210,7 +106,7 @@ void Study::choose_main_curves() {
 void Study::repeat_timing() {
     double total_seconds = 0, done_seconds = 0;  // Estimates, for the progress report.
     unsigned max_repeats = 0;
-    for (TimedPoint& timed : timed_) {
+    for (TimedPoint& timed : points_.timed()) {
         // Short runs are repeated more often, because a disturbance changes their times more.
         const double factor = std::min(4.0, std::ceil(seconds_per_point / (timed.estimate * study_.options.repeats)));
         timed.repeats = study_.options.repeats * static_cast<unsigned>(std::max(1.0, factor));
@@ -222,15 +118,15 @@ void Study::repeat_timing() {
         max_repeats = std::max(max_repeats, timed.repeats);
     }
     if (study_.options.quick) study_.options.repeats = 1;  // The smallest number of runs, which the reports state.
-    const double rays = double(timed_rays_.size());
+    const double rays = double(points_.timed_rays().size());
     for (unsigned repeat = 0; repeat < max_repeats; ++repeat)
-        for (TimedPoint& timed : timed_) {
+        for (TimedPoint& timed : points_.timed()) {
             if (stopped()) return store_times();
             if (repeat >= timed.repeats || repeat < timed.with_surfaces.size()) continue;
             std::vector<RayEnd> ends;
-            const RunReport with = trace(plan_for_timing(timed.variant), timed_rays_, ends, builder_.control());
-            const RunReport without = trace(without_surfaces(plan_for_timing(timed.variant), timed.max_steps),
-                                            timed_rays_, ends, builder_.control());
+            const RunReport with = trace(points_.plan_for_timing(timed.variant), points_.timed_rays(), ends, control());
+            const RunReport without = trace(without_surfaces(points_.plan_for_timing(timed.variant), timed.max_steps),
+                                            points_.timed_rays(), ends, control());
             if (with.interrupted || without.interrupted) return store_times();
             timed.with_surfaces.push_back(1e9 * with.seconds / rays);
             timed.without_surfaces.push_back(1e9 * without.seconds / rays);
@@ -243,7 +139,7 @@ void Study::repeat_timing() {
 
 /// Stores the statistics of the times in the points.
 void Study::store_times() {
-    for (const TimedPoint& timed : timed_) {
+    for (const TimedPoint& timed : points_.timed()) {
         StudyPoint& point = study_.curves[timed.curve].points[timed.point];
         point.time = timing_of(timed.with_surfaces);
         point.time_without_surfaces = timing_of(timed.without_surfaces);
@@ -277,7 +173,7 @@ void Study::choose_cheapest() {
 const TimedPoint* Study::nearest_in_work(const std::string& method, double gradients) const {
     const TimedPoint* nearest = nullptr;
     double least = std::numeric_limits<double>::infinity();
-    for (const TimedPoint& timed : timed_) {
+    for (const TimedPoint& timed : points_.timed()) {
         const StudyCurve& curve = study_.curves[timed.curve];
         if (curve.method != method || curve.has_loose_solver || !study_.is_main(curve)) continue;
         const double distance = std::abs(std::log(std::max(1.0, gradients_of(timed)) / gradients));
@@ -296,7 +192,7 @@ std::vector<const TimedPoint*> Study::points_of_equal_work() const {
     const std::string scene_method = plan().method().name;
     const TimedPoint* scene_point = nullptr;
     double least = std::numeric_limits<double>::infinity();
-    for (const TimedPoint& timed : timed_) {
+    for (const TimedPoint& timed : points_.timed()) {
         const StudyCurve& curve = study_.curves[timed.curve];
         if (!curve.is_scene_method || curve.has_loose_solver || !study_.is_main(curve)) continue;
         const double target = curve.info->adaptive ? plan().run.tolerance : plan().run.step;
@@ -320,10 +216,11 @@ std::vector<const TimedPoint*> Study::points_of_equal_work() const {
 
 /// Records the energy errors of the points of equal work along one ray.
 void Study::trace_energy() {
-    if (drift_rays_.empty() || plan().scene->straight) return;
+    if (points_.drift_rays().empty() || plan().scene->straight) return;
     for (const TimedPoint* timed : points_of_equal_work()) {
         if (stopped()) return;
-        study_.energy_traces.push_back(energy_trace(plan(), timed->variant, study_.sample.starts[energy_ray_]));
+        study_.energy_traces.push_back(
+            energy_trace(plan(), timed->variant, study_.sample.starts[points_.energy_ray()]));
         study_.energy_traces.back().gradients = gradients_of(*timed);
     }
 }

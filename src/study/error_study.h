@@ -2,20 +2,11 @@
 /// of `render`.
 #pragma once
 
-#include "study/kept_points.h"
 #include "study/picture_error.h"
+#include "study/point_measurements.h"
 #include "study/strategy_times.h"
 
 namespace kagero {
-
-/// Options of a study.
-struct StudyOptions : CurveOptions {
-    unsigned threads = 1;  ///< Number of threads of the timed runs.
-    /// Storage of points whose errors were measured. Times of long studies are always measured again, because times of
-    /// different runs are not comparable.
-    PointStore store;
-    unsigned repeats = 5;  ///< Smallest number of timed runs per point. In a quick study, long runs are timed once.
-};
 
 /// The fastest measured point that meets a bound on the error, see `is_within`.
 struct CheapestPoint {

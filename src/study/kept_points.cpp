@@ -39,8 +39,9 @@ std::string name_of_point(const Plan& plan, const Variant& variant) {
 
 void keep_point(const PointStore& store, const Plan& plan, const StudyPoint& point, const TimedPoint& timed) {
     if (!store.keep) return;
-    const StoredPoint stored{point, timed.estimate, first_or_nan(timed.with_surfaces),
-                             first_or_nan(timed.without_surfaces), timed.max_steps};
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    const StoredPoint stored{point, timed.estimate, store.has_times ? first_or_nan(timed.with_surfaces) : none,
+                             store.has_times ? first_or_nan(timed.without_surfaces) : none, timed.max_steps};
     const auto numbers = std::bit_cast<StoredNumbers>(stored);
     store.keep(name_of_point(plan, timed.variant), {numbers.begin(), numbers.end()});
 }
@@ -53,6 +54,7 @@ std::optional<StudyPoint> restore_point(const PointStore& store, const Plan& pla
     const auto stored = std::bit_cast<StoredPoint>(numbers);
     timed.estimate = stored.estimate;
     timed.max_steps = static_cast<std::uint32_t>(stored.max_steps);
+    if (!store.has_times) return stored.point;
     if (stored.with_surfaces >= 0) timed.with_surfaces = {stored.with_surfaces};
     if (stored.without_surfaces >= 0) timed.without_surfaces = {stored.without_surfaces};
     return stored.point;

@@ -26,6 +26,7 @@ using PointContent = std::vector<std::uint64_t>;
 struct PointStore {
     std::function<std::optional<PointContent>(const std::string& name)> find = {};
     std::function<void(const std::string& name, const PointContent&)> keep = {};
+    bool has_times = true;  ///< False: points are stored without times, because other processes measure some of them.
 };
 
 /// Stores a point: its measurements, the estimate of its time, and the first time with and without surfaces.

@@ -39,7 +39,7 @@ bool trace_selected_set(const Plan& plan, const std::vector<RayStart>& starts, c
 
 bool trace_set_by_set(const Plan& base, const ParameterSets& sets, const std::vector<std::size_t>& traced_sets,
                       const std::vector<RayInput>& rays, std::optional<ObserverKind> observer,
-                      const RunControl& control, std::vector<RayEnd>& ends) {
+                      const RunControl& control, const EndsOfSets& ends) {
     const auto begin = std::chrono::steady_clock::now();
     // With fewer sets than threads, the rays of a set are divided over the threads.
     const bool divides_sets = traced_sets.size() >= base.run.threads;
@@ -58,8 +58,7 @@ bool trace_set_by_set(const Plan& base, const ParameterSets& sets, const std::ve
                 interrupted = true;
                 break;
             }
-            std::copy(ends_of_set.begin(), ends_of_set.end(),
-                      ends.begin() + static_cast<std::ptrdiff_t>(traced_sets[i] * rays.size()));
+            std::copy(ends_of_set.begin(), ends_of_set.end(), ends.of(traced_sets[i]));
             if (thread == 0 && control.progress)
                 control.progress(double(i + 1) / double(traced_sets.size()),
                                  std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());

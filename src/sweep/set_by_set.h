@@ -2,14 +2,15 @@
 #pragma once
 
 #include "render/run_report.h"
+#include "sweep/ends_of_sets.h"
 #include "sweep/scene_of_sets.h"
 
 namespace kagero {
 
-/// Traces the rays of the given sets, with the kernel and the method of `base`. Element set · rays + ray of `ends`
-/// belongs to that set and ray. Returns false if the run is interrupted.
+/// Traces the rays of the given sets, with the kernel and the method of `base`. Returns false if the run is
+/// interrupted.
 bool trace_set_by_set(const Plan& base, const ParameterSets& sets, const std::vector<std::size_t>& traced_sets,
                       const std::vector<RayInput>& rays, std::optional<ObserverKind> observer,
-                      const RunControl& control, std::vector<RayEnd>& ends);
+                      const RunControl& control, const EndsOfSets& ends);
 
 }  // namespace kagero

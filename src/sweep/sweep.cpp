@@ -84,60 +84,69 @@ RayEnd untraced_end(const RayInput& ray) {
     return end_at_start(start, Failure::untraced);
 }
 
+}  // namespace
+
+Sweep::Sweep(PlanWithOverrides plan_with, std::vector<SweptKey> keys, std::size_t rays,
+             std::optional<ObserverKind> observer)
+    : plan_with_(std::move(plan_with)), keys_(std::move(keys)), observer_(observer) {
+    check_keys_of_sweep(keys_, rays);
+    plan_ = plan_of_set(plan_with_, keys_, 0);
+    reason_ = reason_for_separate_plans(plan_, keys_);
+    if (reason_.empty()) prepare_parameters();
+}
+
+/// Prepares a sweep whose keys are parameters of the space.
+void Sweep::prepare_parameters() {
+    parameters_.emplace(plan_, keys_);
+    if (geometry_depends_on_set(plan_, *parameters_)) {
+        reason_ = "the coordinates of surfaces near a spinning hole depend on its parameters";
+        parameters_.reset();
+        return;
+    }
+    plan_ = plan_of_bent_set(plan_with_, keys_, *parameters_, plan_);
+    reason_ = kagero::reason_against_packets(plan_);
+    if (reason_.empty()) divided_ = divide_sets(plan_, *parameters_, observer_);
+}
+
 /// Traces the rays with a separate plan for each set. Returns false if the run is interrupted.
-bool trace_separately(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
-                      const std::vector<RayInput>& rays, std::optional<ObserverKind> observer,
-                      const RunControl& control, std::vector<RayEnd>& ends) {
-    const std::size_t sets = keys.front().values.size();
-    for (std::size_t set = 0; set < sets; ++set) {
+bool Sweep::trace_separately(const std::vector<RayInput>& rays, const RunControl& control,
+                             const EndsOfSets& ends) const {
+    const SetRange& range = ends.range;
+    for (std::size_t i = 0; i < range.count; ++i) {
         RunControl control_of_set = control;
         if (control.progress)
             control_of_set.progress = [&](double done, double seconds) {
-                control.progress((double(set) + done) / double(sets), seconds);
+                control.progress((double(i) + done) / double(range.count), seconds);
             };
-        const Plan plan = plan_of_set(plan_with, keys, set);
+        const Plan plan = plan_of_set(plan_with_, keys_, range.first + i);
         std::vector<RayEnd> ends_of_set;
-        const RunReport report = trace(plan, start_rays(plan, rays, observer), ends_of_set, control_of_set);
-        std::copy(ends_of_set.begin(), ends_of_set.end(), ends.begin() + std::ptrdiff_t(set * rays.size()));
+        const RunReport report = kagero::trace(plan, start_rays(plan, rays, observer_), ends_of_set, control_of_set);
+        std::copy(ends_of_set.begin(), ends_of_set.end(), ends.of(range.first + i));
         if (report.interrupted) return false;
     }
     return true;
 }
 
-/// Traces the rays of all sets of parameters. `result` contains the plan of set 0.
-SweepResult sweep_parameters(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
-                             const ParameterSets& sets, const std::vector<RayInput>& rays,
-                             std::optional<ObserverKind> observer, const RunControl& control, SweepResult result) {
-    result.plan = plan_of_bent_set(plan_with, keys, sets, result.plan);
-    result.reason_against_packets = reason_against_packets(result.plan);
-    if (result.reason_against_packets.empty()) {
-        result.interrupted = !trace_in_packets(result.plan, sets, rays, observer, control, result.ends);
-        return result;
-    }
-    std::vector<std::size_t> all_sets(sets.count());
-    std::iota(all_sets.begin(), all_sets.end(), std::size_t(0));
-    result.interrupted = !trace_set_by_set(result.plan, sets, all_sets, rays, observer, control, result.ends);
-    return result;
+bool Sweep::trace(const SetRange& range, const std::vector<RayInput>& rays, const RunControl& control,
+                  std::vector<RayEnd>& ends) const {
+    ends.clear();
+    for (std::size_t i = 0; i < range.count; ++i)
+        for (const RayInput& ray : rays) ends.push_back(untraced_end(ray));
+    const EndsOfSets place{range, rays.size(), ends};
+    if (!parameters_) return trace_separately(rays, control, place);
+    if (reason_.empty()) return trace_in_packets(plan_, *parameters_, divided_, rays, observer_, control, place);
+    std::vector<std::size_t> traced_sets(range.count);
+    std::iota(traced_sets.begin(), traced_sets.end(), range.first);
+    return trace_set_by_set(plan_, *parameters_, traced_sets, rays, observer_, control, place);
 }
-
-}  // namespace
 
 SweepResult sweep(const PlanWithOverrides& plan_with, const std::vector<SweptKey>& keys,
                   const std::vector<RayInput>& rays, std::optional<ObserverKind> observer, const RunControl& control) {
-    check_keys_of_sweep(keys, rays.size());
+    const Sweep prepared(plan_with, keys, rays.size(), observer);
     SweepResult result;
-    result.plan = plan_of_set(plan_with, keys, 0);
-    for (std::size_t set = 0; set < keys.front().values.size(); ++set)
-        for (const RayInput& ray : rays) result.ends.push_back(untraced_end(ray));
-    std::string& reason = result.reason_against_packets;
-    reason = reason_for_separate_plans(result.plan, keys);
-    if (reason.empty()) {
-        const ParameterSets sets(result.plan, keys);
-        if (geometry_depends_on_set(result.plan, sets))
-            reason = "the coordinates of surfaces near a spinning hole depend on its parameters";
-        else return sweep_parameters(plan_with, keys, sets, rays, observer, control, std::move(result));
-    }
-    result.interrupted = !trace_separately(plan_with, keys, rays, observer, control, result.ends);
+    result.interrupted = !prepared.trace({0, prepared.sets()}, rays, control, result.ends);
+    result.plan = prepared.plan();
+    result.reason_against_packets = prepared.reason_against_packets();
     return result;
 }
 

@@ -3,7 +3,7 @@
 
 #include "rays/start_rays.h"
 #include "render/run_report.h"
-#include "sweep/parameter_sets.h"
+#include "sweep/packet_sweep.h"
 
 #include <functional>
 #include <string>
@@ -22,6 +22,38 @@ struct SweepResult {
     /// different sets.
     std::string reason_against_packets;
     bool interrupted = false;  ///< True if rays were not traced; their failure is `untraced`.
+};
+
+/// A sweep whose sets are prepared once, so that ranges of its sets and rays can be traced separately.
+class Sweep {
+public:
+    /// `rays` is the number of rays of the whole sweep. For the other arguments and the exceptions, see sweep().
+    Sweep(PlanWithOverrides plan_with, std::vector<SweptKey> keys, std::size_t rays,
+          std::optional<ObserverKind> observer);
+
+    std::size_t sets() const { return keys_.front().values.size(); }
+    /// See SweepResult::plan.
+    const Plan& plan() const { return plan_; }
+    /// See SweepResult::reason_against_packets.
+    const std::string& reason_against_packets() const { return reason_; }
+    /// Returns true if each set needs a plan of its own, so that it is traced most quickly with all its rays at once.
+    bool has_separate_plans() const { return !parameters_; }
+    /// Traces rays for the sets of a range. The ends do not depend on the range, and not on the other rays. Returns
+    /// false if the run is interrupted.
+    bool trace(const SetRange& range, const std::vector<RayInput>& rays, const RunControl& control,
+               std::vector<RayEnd>& ends) const;
+
+private:
+    void prepare_parameters();
+    bool trace_separately(const std::vector<RayInput>& rays, const RunControl& control, const EndsOfSets& ends) const;
+
+    PlanWithOverrides plan_with_;
+    std::vector<SweptKey> keys_;
+    std::optional<ObserverKind> observer_;
+    Plan plan_;
+    std::string reason_;
+    std::optional<ParameterSets> parameters_;  ///< Empty if each set has a plan of its own.
+    DividedSets divided_;                      ///< The sets whose rays share packets; empty if they do not.
 };
 
 /// Traces the same rays for every set. Set i consists of value i of every key. The ends are those of one trace per set,

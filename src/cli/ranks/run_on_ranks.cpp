@@ -50,10 +50,12 @@ int conclude_failure(const RankFailure& failure, int rank) {
 
 }  // namespace
 
-void add_rank_options(CLI::App& verb, Arguments& arguments) {
+void add_rank_options(CLI::App& verb, Arguments& arguments, const std::string& name) {
     add_flag(verb, "--mpi", arguments.mpi,
-             "Render on all processes that mpirun or srun has started, for example `mpirun -n 4 kagero render SCENE "
-             "--mpi`. Process 0 writes all files. The picture has the same bytes for any number of processes");
+             "Divide the work among all processes that mpirun or srun has started, for example `mpirun -n 4 kagero " +
+                 name +
+                 " SCENE --mpi`. Process 0 writes all files. The result is the same for any number of processes, "
+                 "apart from times");
     add_flag(verb, "--send-files", arguments.send_files,
              "With --mpi: send the textures and meshes of the scene to all processes. Default: each process reads "
              "them, which needs a shared file system");

@@ -8,8 +8,8 @@
 
 namespace kagero {
 
-/// Adds --mpi and --send-files.
-void add_rank_options(CLI::App& verb, Arguments& arguments);
+/// Adds --mpi and --send-files. `name` is that of the verb.
+void add_rank_options(CLI::App& verb, Arguments& arguments, const std::string& name);
 
 /// Throws InputError for options that cannot be combined with --mpi, or that need it.
 void check_rank_combination(const Arguments& arguments);

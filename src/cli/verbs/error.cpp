@@ -3,11 +3,15 @@
 
 #include "cli/interrupt.h"
 #include "cli/output.h"
+#include "cli/ranks/run_on_ranks.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
 #include "parts/entry_journal.h"
 #include "parts/identity.h"
+#include "ranks/agreement.h"
+#include "ranks/gather_points.h"
+#include "ranks/shared_scene.h"
 #include "report/error/error_html.h"
 #include "report/error/error_json.h"
 #include "report/error/error_table.h"
@@ -36,6 +40,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_flag(app, "--resume", arguments.resume,
              "Keep the errors of finished steps in DIR/error.journal, and continue from it if it exists. Run times are "
              "measured again, except with --quick. The journal is removed when the report is complete. Requires -o");
+    add_rank_options(app, arguments, "error");
     add_json(app, arguments);
     add_execution(app, arguments, "1 for timed runs and the number of processors for other runs");
     add_messages(app, arguments);
@@ -65,13 +70,6 @@ StudyOptions study_options(const Arguments& arguments, const Options& options) {
     return study;
 }
 
-ErrorStudy study_with_progress(const Plan& plan, const StudyOptions& options, const Terminal& terminal) {
-    InterruptGuard guard;
-    ProgressLine line(terminal);
-    return study_error(
-        plan, options, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
-}
-
 /// Returns what must be the same for a study that continues. Its run times belong to one processor.
 Properties identity_of_study(const Plan& plan, const Options& options, const StudyOptions& study) {
     Properties identity = identity_of(plan, options);
@@ -83,13 +81,54 @@ Properties identity_of_study(const Plan& plan, const Options& options, const Stu
     return identity;
 }
 
-/// Returns the storage of points in a journal.
-PointStore store_in(EntryJournal& journal) {
-    return {[&](const std::string& name) {
-                const Json* entry = journal.find(name);
-                return entry ? std::optional(entry->get<PointContent>()) : std::nullopt;
-            },
-            [&](const std::string& name, const PointContent& content) { journal.append(name, content); }};
+/// Returns the plan whose rays are studied. --precision and --strategy select curves of the study; they do not apply to
+/// this plan.
+Plan plan_of_study(SceneDescription scene, const Options& options) {
+    Options plan_options;
+    plan_options.isa = options.isa;
+    plan_options.threads = options.threads;
+    Plan plan = make_plan(std::move(scene), plan_options);
+    if (plan.description().integrator.max_pixel_error > 0)
+        plan.remarks.push_back(
+            std::string("integrator.max_pixel_error has no effect on `kagero error`; the method of the scene is ") +
+            plan.method().name);
+    return plan;
+}
+
+/// Runs the study, on all ranks if `ranks` is not null. `journal` may be null.
+ErrorStudy study_with_progress(const Plan& plan, StudyOptions options, const Properties& identity,
+                               EntryJournal* journal, Communicator* ranks, const Terminal& terminal) {
+    const InterruptGuard guard;
+    ProgressLine line(terminal);
+    const Progress progress = [&](double done, double seconds) { line.show(done, seconds); };
+    const auto keep = [&](const std::string& name, const PointContent& content) {
+        if (journal) journal->append(name, content);
+    };
+    NamedPoints finished;
+    if (journal)
+        for (const auto& [name, entry] : journal->entries()) finished[name] = entry.get<PointContent>();
+    if (ranks) {
+        agree_on_properties(*ranks, identity);
+        finished = share_points(*ranks, finished);
+        return study_on_ranks(*ranks, plan, options, finished, keep, progress, guard.requested());
+    }
+    options.store.find = [&](const std::string& name) {
+        const auto found = finished.find(name);
+        return found == finished.end() ? std::nullopt : std::optional(found->second);
+    };
+    options.store.keep = keep;
+    return study_error(plan, options, progress, guard.requested());
+}
+
+/// The work of a rank other than rank 0: it measures points, and rank 0 uses them.
+int study_for_root(const Arguments& arguments, const Options& options, const StudyOptions& requested,
+                   const Terminal& terminal, Communicator& ranks) {
+    const ReceivedScene received(ranks);
+    SceneDescription scene = scene_of_text(arguments, options, received.text(), received.path());
+    received.check_paths(scene);
+    const Plan plan = plan_of_study(std::move(scene), options);
+    study_with_progress(plan, requested, identity_of_study(plan, options, requested), nullptr, &ranks, terminal);
+    return exit_done;
 }
 
 void write_report(const std::string& directory, const Plan& plan, const ErrorStudy& study) {
@@ -102,30 +141,27 @@ void write_report(const std::string& directory, const Plan& plan, const ErrorStu
     write("report.html", error_page(plan, study));
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-    const Options options = options_of(arguments);
-    StudyOptions requested = study_options(arguments, options);
+/// Runs the verb. `ranks` is null without --mpi.
+int measure_errors(const Arguments& arguments, const Terminal& terminal, Communicator* ranks) {
+    check_rank_combination(arguments);
+    Options options = options_of(arguments);
+    const StudyOptions requested = study_options(arguments, options);
     if (arguments.resume && arguments.output.empty())
         throw InputError("--resume keeps its journal in the directory of the report; state it with -o DIR");
+    if (ranks) set_up_rank(*ranks, options, terminal);
+    if (ranks && ranks->rank() > 0) return study_for_root(arguments, options, requested, terminal, *ranks);
     SceneDescription scene = scene_of(arguments, options);
-    Options plan_options;  // --precision and --strategy select curves of the study; they do not apply to this plan.
-    plan_options.isa = options.isa;
-    plan_options.threads = options.threads;
-    Plan plan = make_plan(std::move(scene), plan_options);
-    if (plan.description().integrator.max_pixel_error > 0)
-        plan.remarks.push_back(
-            std::string("integrator.max_pixel_error has no effect on `kagero error`; the method of the scene is ") +
-            plan.method().name);
+    if (ranks) share_scene(*ranks, scene, arguments.send_files);
+    const Plan plan = plan_of_study(std::move(scene), options);
     for (const std::string& remark : plan.remarks) terminal.warning(remark);
     const std::string directory = report_directory(arguments, "error");
     const ReportDirectory report(directory, {"results.json", "results.csv", "plot.gp", "report.html"}, arguments.json,
                                  files_of(plan.description()));
+    const Properties identity = identity_of_study(plan, options, requested);
     std::optional<EntryJournal> journal;
-    if (arguments.resume) {
-        journal.emplace(path_in(directory, "error.journal"), identity_of_study(plan, options, requested));
-        requested.store = store_in(*journal);
-    }
-    const ErrorStudy study = study_with_progress(plan, requested, terminal);
+    if (arguments.resume) journal.emplace(path_in(directory, "error.journal"), identity);
+    const ErrorStudy study =
+        study_with_progress(plan, requested, identity, journal ? &*journal : nullptr, ranks, terminal);
     write_report(directory, plan, study);
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << error_json(plan, study); });
@@ -133,6 +169,14 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     if (journal && !study.interrupted) journal->remove();
     terminal.note((study.interrupted ? "interrupted; the results so far are in " : "the report is in ") + directory);
     return study.interrupted ? exit_interrupted : exit_done;
+}
+
+int run(const Arguments& arguments, const Terminal& terminal) {
+    if (!arguments.mpi) return measure_errors(arguments, terminal, nullptr);
+    return run_on_ranks(arguments, terminal,
+                        [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
+                            return measure_errors(of_rank, terminal_of_rank, &ranks);
+                        });
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_flag(app, "--maps", arguments.maps,
              "Also write a file PICTURE-LAYER.png for each layer of numbers, in false colours with a colour scale");
     add_tile_options(app, arguments);
-    add_rank_options(app, arguments);
+    add_rank_options(app, arguments, "render");
     add_frame_options(app, arguments);
     add_schedule(app, arguments);
     add_json(app, arguments);

@@ -3,19 +3,17 @@
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/paths.h"
+#include "cli/ray_options.h"
 #include "cli/verb.h"
 #include "error.h"
 #include "plan/names.h"
-#include "report/csv/read_rays.h"
 #include "report/csv/write_rays.h"
 #include "report/run_json.h"
 #include "report/warnings.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
+#include <ostream>
 
 namespace kagero {
 
@@ -25,10 +23,7 @@ constexpr std::uint32_t max_repeats = 1'000'000, max_bounces = 1000;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
-    add_option(app, "--rays", arguments.rays,
-               "CSV of rays with the columns x,y,z,dx,dy,dz in any order: start and direction of each ray; '-' is "
-               "stdin. Default: -",
-               "FILE");
+    add_ray_options(app, arguments);
     add_option(app, "-o,--output", arguments.output,
                "File for the CSV of results; '-' is stdout. Default: -, or no CSV if --json writes to stdout", "FILE");
     add_flag(app, "--path", arguments.path, "Write every step of every ray instead of its end. Excludes --json");
@@ -37,10 +32,6 @@ void declare(CLI::App& app, Arguments& arguments) {
                "by a part of a step of the method. Default: every step",
                "L");
     add_columns(app, arguments, "Each adds a column to the CSV and an array to the JSON.");
-    add_option(app, "--observer", arguments.observer,
-               "Observer in whose rest frame directions are given: static, zamo, falling or coordinate. Default: none; "
-               "directions are dq/dλ in scene coordinates",
-               "NAME");
     add_option(app, "--parameter", arguments.parameter,
                "End every ray at this value of the ray parameter λ, L > 0, with status step_limit. λ is 0 at the "
                "start. Default: no limit",
@@ -60,17 +51,6 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-std::vector<RayInput> rays_of(const Arguments& arguments) {
-    if (arguments.rays == "-") return read_rays(std::cin, "stdin");
-    std::error_code ignored;
-    if (std::filesystem::is_directory(arguments.rays, ignored))
-        throw InputError("cannot read the rays '" + arguments.rays + "': it is a directory");
-    std::ifstream in(arguments.rays, std::ios::binary);
-    if (!in)
-        throw InputError("cannot read the rays '" + arguments.rays + "': the file does not exist or is not readable");
-    return read_rays(in, arguments.rays);
-}
-
 /// The rays to trace, with the scene and the options.
 struct Request {
     const Arguments& arguments;
@@ -80,11 +60,6 @@ struct Request {
     bool writes_csv;  ///< True if ends or paths are written as CSV, with or without a JSON report.
     const Terminal& terminal;
 };
-
-std::optional<ObserverKind> observer_of(const Arguments& arguments) {
-    if (arguments.observer.empty()) return {};
-    return observer_named(arguments.observer);
-}
 
 /// Reads the scene for rays that end at a given λ. λ is the parameter of Hamilton's equations for H, so rays must be
 /// integrated on the general path and without time rescaling. If integrator.rescale is "auto", it is replaced by

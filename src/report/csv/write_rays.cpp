@@ -54,21 +54,6 @@ void append_path_state(std::string& row, const Plan& plan, const PathState& path
     append_number(row, mean_weight(path));
 }
 
-void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end, const PathState* path) {
-    row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
-    append_vector(row, end.q);
-    append_vector(row, end.v);
-    append_vector(row, end.p);
-    append_number(row, end.pt);
-    append_number(row, end.parameter);
-    row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
-    append_number(row, end.energy_error);
-    row += ',' + csv_text(reason_of(plan, end));
-    append_integrals(row, plan, end);
-    if (path) append_path_state(row, plan, *path);
-    row += '\n';
-}
-
 void append_point(std::string& row, const Plan& plan, const PathPoint& point) {
     row += std::to_string(point.ray) + ',' + std::to_string(point.step);
     append_number(row, point.parameter);
@@ -101,10 +86,29 @@ std::string reason_of(const Plan& plan, const RayEnd& end) {
 
 double mean_weight(const PathState& path) { return (path.weight[0] + path.weight[1] + path.weight[2]) / 3; }
 
+std::string header_of_ends(const Plan& plan, bool with_paths) {
+    return "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason" +
+           header_of_integrals(plan) + (with_paths ? ",bounces,medium,weight" : "") + '\n';
+}
+
+void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end, const PathState* path) {
+    row += std::to_string(ray) + ',' + name_of(end.status) + ',' + object_name(plan, end);
+    append_vector(row, end.q);
+    append_vector(row, end.v);
+    append_vector(row, end.p);
+    append_number(row, end.pt);
+    append_number(row, end.parameter);
+    row += ',' + std::to_string(end.steps) + ',' + std::to_string(end.gradients);
+    append_number(row, end.energy_error);
+    row += ',' + csv_text(reason_of(plan, end));
+    append_integrals(row, plan, end);
+    if (path) append_path_state(row, plan, *path);
+    row += '\n';
+}
+
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends,
                 const std::vector<PathState>* paths) {
-    std::string rows = "ray,status,object,x,y,z,dx,dy,dz,px,py,pz,pt,parameter,steps,gradients,energy_error,reason" +
-                       header_of_integrals(plan) + (paths ? ",bounces,medium,weight" : "") + '\n';
+    std::string rows = header_of_ends(plan, paths != nullptr);
     for (std::size_t i = 0; i < ends.size(); ++i) {
         append_end(rows, plan, i, ends[i], paths ? &(*paths)[i] : nullptr);
         if (rows.size() > flush_size) flush(out, rows);

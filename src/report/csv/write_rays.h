@@ -5,6 +5,7 @@
 #include "plan/plan.h"
 
 #include <iosfwd>
+#include <string>
 
 namespace kagero {
 
@@ -14,6 +15,11 @@ std::string reason_of(const Plan& plan, const RayEnd& end);
 /// Returns the mean of the three weights of a path.
 double mean_weight(const PathState& path);
 
+/// Returns the header of write_ends.
+std::string header_of_ends(const Plan& plan, bool with_paths = false);
+/// Appends the row of a ray as write_ends writes it. `path` may be null.
+void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEnd& end,
+                const PathState* path = nullptr);
 /// Writes the header and one row per ray. Numbers have 17 significant digits. The last columns are the integrals along
 /// the ray that the plan requests, and, if `paths` is not null, the number of bounces, the medium at the end and the
 /// mean of the three weights of each path.

@@ -27,7 +27,8 @@ public:
     /// radius and beyond max_distance escapes at its start. Its momentum is computed at the distance max_distance in
     /// direction q.
     RayStart along(const double (&q)[3], const Double3& d) {
-        if (std::memcmp(q, position_, sizeof position_) != 0) move_to(q);  // −0 differs from 0
+        // −0 differs from 0.
+        if (!is_prepared_ || std::memcmp(q, position_, sizeof position_) != 0) move_to(q);
         const bool outward = unit_[0] * d[0] + unit_[1] * d[1] + unit_[2] * d[2] > 0;
         const bool far = is_far_ && outward;
         // The prepared position is far away and serves only rays that move outward.
@@ -47,14 +48,15 @@ private:
         prepared_ = scene_.space.prepare_starts({shrink * q[0], shrink * q[1], shrink * q[2]});
         ingoing_ = starts_ingoing(scene_.space, scene_.limits.chart_radius, std::nullopt, q);
         std::copy(q, q + 3, position_);
+        is_prepared_ = true;
     }
 
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     const Plan& plan_;
     const Scene& scene_;
     const double max_distance_;
     const Hole hole_;
-    double position_[3] = {unset, unset, unset};
+    bool is_prepared_ = false;
+    double position_[3] = {};
     double unit_[3] = {};       ///< Unit vector along the position.
     StartPosition prepared_{};  ///< The position, or a closer one if it is far away.
     bool is_far_ = false;       ///< Rays that move outward escape at their start.

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "kernels/parameter_set.h"
+#include "kernels/ray_start.h"
 #include "kernels/ray_status.h"
 #include "kernels/shading.h"
 #include "kernels/surfaces.h"
@@ -87,20 +88,6 @@ struct StartMap {
     bool has_no_surfaces;  ///< The scene has no surfaces. Rays that are not scaled although `pt` ≠ 0 are then captured.
     bool ingoing;          ///< Rays start in ingoing coordinates (kernels/observers/charts.h).
     double metric[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< |d|² = Σ_ij d_i metric[i][j] d_j.
-};
-
-/// The position and momentum at the start of a ray.
-struct RayStart {
-    double q[3], p[3], pt;
-    Failure failure;  ///< If not `none`, the ray ends at its start as `failed`.
-    bool captured;    ///< The ray ends at its start as `captured`: no light comes from this direction.
-    bool escaped;     ///< The ray ends at its start as `escaped`: it moves outward beyond the escape sphere.
-    bool ingoing = false;  ///< The state is that of a ray in ingoing coordinates (kernels/observers/charts.h).
-    std::uint32_t medium = 0;  ///< Medium in which the ray starts (Plan::medium); kernels do not read it.
-    /// The surface on which the ray starts, and its triangle; `no_surface`: none is known. The position must lie on the
-    /// triangle or sphere up to rounding. The direction states the side on which the ray leaves it. The rules for other
-    /// surfaces close to the start are those of kernels/events/surface_starts.h.
-    std::uint32_t surface = no_surface, primitive = 0;
 };
 
 /// The rays of a perspective camera: in its rest frame pixel (x, y) has direction corner + (x+½)·right + (y+½)·down.
@@ -310,6 +297,11 @@ struct Module {
     /// Computes the start of a ray at q with dq/dλ along d and H = H0.
     Failure (*start)(std::uint32_t hamiltonian, const double* parameters, const double q[3], const double d[3],
                      RayStart*);
+    /// Computes what the starts of rays at q share.
+    void (*prepare_starts)(std::uint32_t hamiltonian, const double* parameters, const double q[3], StartPosition*);
+    /// Computes the same start as `start`, for a position that was prepared with the same Hamiltonian and parameters.
+    Failure (*start_from)(std::uint32_t hamiltonian, const double* parameters, const StartPosition*, const double d[3],
+                          RayStart*);
     /// Computes the continuations of rays at surfaces in this space. A medium without p_t ignores SurfaceRay::pt.
     void (*continue_rays)(std::uint32_t hamiltonian, const double* parameters, const SurfaceRay*, std::uint32_t count,
                           Continuation*);

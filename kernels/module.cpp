@@ -3,6 +3,7 @@
 #include "kernels/formula/programs.h"
 #include "kernels/simd/peak.h"
 #include "kernels/comparison/compared.h"
+#include "kernels/observers/chart_functions.h"
 #include "kernels/observers/observers.h"
 #include "kernels/adjoint/paths.h"
 #include "kernels/interaction/continuations.h"
@@ -241,6 +242,21 @@ Failure start(std::uint32_t hamiltonian, const double* parameters, const double 
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return start_along<H>(parameters, q, d, *out); });
 }
 
+void prepare_starts(std::uint32_t hamiltonian, const double* parameters, const double position[3], StartPosition* at) {
+    double q[3];
+    copy(position, q);
+    if (hamiltonian == formula_index) *at = {{q[0], q[1], q[2]}, 0, {}, {}, 0, Failure::none};
+    else *at = visit_hamiltonian(hamiltonian, [&]<class H>() { return start_position<H>(parameters, q); });
+}
+
+Failure start_from_position(std::uint32_t hamiltonian, const double* parameters, const StartPosition* at,
+                            const double direction[3], RayStart* out) {
+    double d[3];
+    copy(direction, d);
+    if (hamiltonian == formula_index) return start(hamiltonian, parameters, at->q, direction, out);
+    return start_from(*at, d, *out);
+}
+
 double frequency(std::uint32_t hamiltonian, const double* parameters, const double position[3],
                  const double momentum[3], double pt, const double velocity[3]) {
     double q[3], p[3], v[3];
@@ -254,45 +270,6 @@ double frequency(std::uint32_t hamiltonian, const double* parameters, const doub
         return frequency_in(inverse_metric, p, pt, v) * (programs.pt > 0 ? 1 : -1);
     }
     return visit_hamiltonian(hamiltonian, [&]<class H>() { return frequency_at<H>(parameters, q, p, pt, v); });
-}
-
-charts::State chart_state(const double q[3], const double p[3], double pt) {
-    charts::State state{};
-    copy(q, state.q);
-    copy(p, state.p);
-    state.pt = pt;
-    return state;
-}
-
-void to_ingoing(const Hole* hole, RayStart* start) {
-    charts::State state = chart_state(start->q, start->p, start->pt);
-    charts::to_ingoing(*hole, state);
-    copy(state.q, start->q);
-    copy(state.p, start->p);
-    start->pt = state.pt;
-    start->ingoing = true;
-}
-
-void to_scene(const Hole* hole, double q[3], double p[3], double* pt) {
-    charts::State state = chart_state(q, p, *pt);
-    charts::to_scene(*hole, state);
-    std::copy(state.q, state.q + 3, q);
-    std::copy(state.p, state.p + 3, p);
-    *pt = state.pt;
-}
-
-void momentum_in_ingoing_form(const Hole* hole, const double q[3], double p[3], double* pt) {
-    charts::State state = chart_state(q, p, *pt);
-    charts::convert(*hole, state, -1);
-    charts::rotate(state.p, charts::azimuth_shift(*hole, charts::radius(*hole, state.q)));
-    std::copy(state.p, state.p + 3, p);
-    *pt = -state.pt;
-}
-
-double hole_radius(const Hole* hole, const double q[3]) {
-    double position[3];
-    copy(q, position);
-    return charts::radius(*hole, position);
 }
 
 Operations operations(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator, bool rescaled) {
@@ -328,14 +305,16 @@ const Module module{
     .hole = hole,
     .observe = observe,
     .start = start,
+    .prepare_starts = prepare_starts,
+    .start_from = start_from_position,
     .continue_rays = continue_rays,
     .time_tilts = time_tilts,
     .frequency = frequency,
     .shading = shading_functions,
-    .to_ingoing = to_ingoing,
-    .to_scene = to_scene,
-    .momentum_in_ingoing_form = momentum_in_ingoing_form,
-    .hole_radius = hole_radius,
+    .to_ingoing = chart_functions::to_ingoing,
+    .to_scene = chart_functions::to_scene,
+    .momentum_in_ingoing_form = chart_functions::momentum_in_ingoing_form,
+    .hole_radius = chart_functions::hole_radius,
     .compile = compile,
     .program_size = sizeof(formula::Programs) / sizeof(double),
     .formula_refusal = formula_refusal,

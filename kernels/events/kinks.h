@@ -1,12 +1,16 @@
 /// Kinks: surfaces on which the derivatives of a formula jump, because a `min`, `max`, `abs` or `where` changes its
 /// branch. Every method has a lower order in a step across a kink, and a derivative on the kink itself may be that of
 /// the wrong side. A step therefore ends just before the kink, and the next one is so short that it passes the kink
-/// without a visible error.
+/// without a visible error. Methods with stages outside the step, or with a stage that predicts its end, approach a
+/// kink in several steps, and leave it in steps that grow, so that all stages lie on the side of the step.
 #pragma once
 
 #include "kernels/events/event.h"
+#include "kernels/methods/stage_reach.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kagero {
 
@@ -25,38 +29,88 @@ class KinkSearch {
     using S = ScalarOf<V>;
 
 public:
-    explicit KinkSearch(const Task<V>& task) : task_(task) {}
+    explicit KinkSearch(const Task<V>& task)
+        : task_(task), reach_(task.kernel.kinked ? stage_reach_of(task.method) : StageReach{}) {}
 
     /// Distance from a kink at which steps end before and behind it, as a value of the switching function.
     static constexpr S margin = std::is_same_v<S, float> ? S(1e-5) : S(1e-12);
 
     /// Returns the steps of `lanes` that cross a kink or pass it. The kink is searched on the dense output of the step.
     KinkSteps<V> find(const StepperState<V>& step, std::uint64_t lanes) {
-        const V zero(S(0)), one(S(1)), &start = step.start.switching, &end = step.end.switching;
         KinkSteps<V> found;
-        const MaskOf<V> is_close = abs(start) <= V(2 * margin);
+        const V &start = step.start.switching, no_limit(std::numeric_limits<S>::infinity());
         const Curve<V> curve = task_.curve(step);
-        V before(zero), behind(one), value_before = start, value_behind = end;
-        MaskOf<V> crossing = from_bits<V>(lanes) & (start * end < zero);
-        // A step may cross the same kink twice, so a few points between its ends are tested too.
-        for (const double s : {0.75, 0.5, 0.25}) {
-            const V value = value_on(step, curve, V(S(s)));
-            const MaskOf<V> crosses = from_bits<V>(lanes) & (start * value < zero);
-            behind = select(crosses, V(S(s)), behind);
-            value_behind = select(crosses, value, value_behind);
-            crossing = crossing | crosses;
-            const MaskOf<V> same_side = (start * value > zero) & (V(S(s)) < behind) & (V(S(s)) > before);
-            before = select(same_side, V(S(s)), before);
-            value_before = select(same_side, value, value_before);
-        }
-        if (!any(crossing)) return found;
-        // Close to a kink and moving towards it: one short step, to the same distance behind the kink.
+        Bracket bracket = bracket_of(step, curve, lanes);
+        const MaskOf<V> is_leaving =
+            reach_.behind > 0 ? from_bits<V>(lanes) & reaches_back(step, curve) : bracket.none();
+        if (!any(bracket.crossing | is_leaving)) return found;
         const V rate = rate_at_start(step);
+        // Close to a kink and moving towards it: one short step, to the same distance behind the kink.
+        const MaskOf<V> is_close = abs(start) <= V(2 * margin);
         const V pass_length = (abs(start) + V(margin)) / abs(rate);
-        const MaskOf<V> approaching = crossing & is_close & (rate * start < zero);
+        const MaskOf<V> approaching = bracket.crossing & is_close & (rate * start < V(S(0)));
         const MaskOf<V> is_short = abs(step.h) <= V(S(4)) * pass_length;
         found.passing = to_bits(approaching & is_short);
-        // Otherwise: to a point before the kink, by the method of false position on the dense output (Illinois).
+        // Otherwise: to a point before the kink, or so short that no stage lies beyond the kink behind the start.
+        narrow(step, curve, bracket);
+        const V approach = select(bracket.crossing, length_before(bracket.before) * step.h, no_limit);
+        const V departure = V(S(0.9 / std::max(reach_.behind, 1e-3))) * abs(start / rate);
+        const MaskOf<V> departs = is_leaving & (rate * start > V(S(0))) & (departure < V(S(0.99)) * step.h);
+        found.length = select(approaching, pass_length, min(approach, select(departs, departure, no_limit)));
+        const MaskOf<V> can_shorten = (found.length > V(S(0))) & (found.length < no_limit);
+        found.shortened = to_bits((bracket.crossing | departs) & can_shorten & !(approaching & is_short));
+        return found;
+    }
+
+private:
+    /// Fractions of a step before and behind its first kink, with the values of the switching function there.
+    struct Bracket {
+        V before, behind, value_before, value_behind;
+        MaskOf<V> crossing;  ///< Lanes whose step, or a stage of it, lies on both sides of a kink.
+
+        MaskOf<V> none() const { return crossing & !crossing; }
+    };
+
+    /// Returns the fraction of the step at which its last stage lies, with a reserve for the error of the prediction.
+    S last_stage() const { return reach_.ahead > 0 ? S(1.02 * (1 + reach_.ahead)) : S(1); }
+    /// Returns the fraction of a step to which it is shortened if it meets a kink at the fraction s. A stage that only
+    /// predicts the end of a step of length h is wrong by O(h²) at least. The distance that is left for it decreases
+    /// accordingly, so that a few steps approach the kink.
+    V length_before(const V& s) const {
+        constexpr double share_left = 0.1;
+        const V within = min(s, V(S(0.98)));
+        if (reach_.ahead > 0) return V(S((1 - share_left) / (1 + reach_.ahead))) * s;
+        return reach_.predicts_end ? within * (V(S(1)) - V(S(share_left)) * within) : within;
+    }
+    /// Returns the lanes in which the first stages of the step lie beyond a kink behind its start.
+    MaskOf<V> reaches_back(const StepperState<V>& step, const Curve<V>& curve) const {
+        return step.start.switching * value_on(step, curve, V(S(-1.02 * reach_.behind))) < V(S(0));
+    }
+    /// Returns the bracket of the first kink in each lane. A step may cross the same kink twice, so a few points
+    /// between its ends are tested too.
+    Bracket bracket_of(const StepperState<V>& step, const Curve<V>& curve, std::uint64_t lanes) const {
+        const V zero(S(0)), &start = step.start.switching;
+        Bracket found{zero, V(last_stage()), start, step.end.switching, from_bits<V>(0)};
+        for (const double s : {2.0, 1.0, 0.75, 0.5, 0.25}) {
+            const bool is_last = s > 1;  // the last stage, if it lies behind the end of the step
+            if (is_last && !(reach_.ahead > 0)) continue;
+            const V at(is_last ? last_stage() : S(s));
+            const V value = s == 1 ? step.end.switching : value_on(step, curve, at);
+            const MaskOf<V> crosses = from_bits<V>(lanes) & (start * value < zero);
+            found.behind = select(crosses, at, found.behind);
+            found.value_behind = select(crosses, value, found.value_behind);
+            found.crossing = found.crossing | crosses;
+            const MaskOf<V> same_side = (start * value > zero) & (at < found.behind) & (at > found.before);
+            found.before = select(same_side, at, found.before);
+            found.value_before = select(same_side, value, found.value_before);
+        }
+        return found;
+    }
+    /// Narrows a bracket around the point at the distance `margin` before the kink, by the method of false position on
+    /// the dense output (Illinois).
+    void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket) const {
+        const V zero(S(0)), &start = step.start.switching;
+        auto& [before, behind, value_before, value_behind, crossing] = bracket;
         const V target = select(start < zero, V(-margin), V(margin));
         value_before = value_before - target;
         value_behind = value_behind - target;
@@ -71,13 +125,7 @@ public:
             behind = select(usable & !is_before, s, behind);
             value_behind = select(usable & !is_before, value, value_behind);
         }
-        found.length = select(approaching, pass_length, min(before, V(S(0.98))) * step.h);
-        const MaskOf<V> can_shorten = found.length > zero;
-        found.shortened = to_bits(crossing & can_shorten & !(approaching & is_short));
-        return found;
     }
-
-private:
     /// Returns the rate of change of the switching function along the tangent at the start of the step. The difference
     /// is taken over a length that is large compared with the rounding errors of the position.
     V rate_at_start(const StepperState<V>& step) const {
@@ -100,6 +148,7 @@ private:
     }
 
     const Task<V>& task_;
+    const StageReach reach_;
 };
 
 }  // namespace kagero

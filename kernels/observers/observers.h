@@ -48,17 +48,20 @@ MomentumExpansion expand_in_momentum(const double* parameters, const double (&q)
     return e;
 }
 
-/// Computes the start of a ray at q with the velocity ∂H/∂p = μ d/|d|, where d is a direction in coordinates, and μ > 0
-/// is chosen so that H = H0. Let v0 be the velocity at the momentum (0, 0, 0, p_t), and G the spatial block of
-/// ∂²H/∂p_a∂p_b. Then p = G⁻¹(μ d/|d| − v0).
-template <class H>
-Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
-    const double pt = H::spacetime ? 1.0 : 0.0;
-    out = {{q[0], q[1], q[2]}, {0, 0, 0}, pt, Failure::none, false, false};
-    const double length = std::hypot(d[0], d[1], d[2]);
+/// Returns aᵀ G⁻¹ a.
+inline double inverse_product(const StartPosition& at, const double (&a)[3]) {
+    double sum = 0;
     for (int i = 0; i < 3; ++i)
-        if (!std::isfinite(q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
-    if (!(length > 0)) return out.failure = Failure::zero_direction;
+        for (int k = 0; k < 3; ++k) sum += a[i] * at.inverse_block[i][k] * a[k];
+    return sum;
+}
+
+/// Computes the part of the starts of rays that depends only on their position q. Let v0 be the velocity ∂H/∂p at the
+/// momentum (0, 0, 0, p_t), and G the spatial block of ∂²H/∂p_a∂p_b.
+template <class H>
+StartPosition start_position(const double* parameters, const double (&q)[3]) {
+    const double pt = H::spacetime ? 1.0 : 0.0;
+    StartPosition at{{q[0], q[1], q[2]}, pt, {}, {}, 0, Failure::singular_start};
     const MomentumExpansion e = expand_in_momentum<H>(parameters, q, pt);
     Matrix<3> spatial_block{};  // G; in a spacetime it is the spatial block of the inverse metric
     bool finite = std::isfinite(e.value);
@@ -67,23 +70,39 @@ Failure start_along(const double* parameters, const double (&q)[3], const double
             spatial_block[i][k] = e.hessian[i][k];
             finite = finite && std::isfinite(spatial_block[i][k]);
         }
-    if (!finite) return out.failure = Failure::singular_start;
+    if (!finite) return at;
     const Matrix<3> inverse_block = inverse<3>(spatial_block);
-    // Returns aᵀ G⁻¹ b.
-    const auto product = [&](const auto& a, const auto& b) {
-        double sum = 0;
-        for (int i = 0; i < 3; ++i)
-            for (int k = 0; k < 3; ++k) sum += a[i] * inverse_block[i][k] * b[k];
-        return sum;
-    };
+    for (int i = 0; i < 3; ++i) {
+        at.velocity[i] = e.gradient[i];
+        std::copy(inverse_block[i].begin(), inverse_block[i].end(), at.inverse_block[i]);
+    }
+    at.scaled_square = 2 * (H::level - e.value + 0.5 * inverse_product(at, at.velocity));
+    at.failure = Failure::none;
+    return at;
+}
+
+/// Computes the start of a ray at q with the velocity ∂H/∂p = μ d/|d|, where d is a direction in coordinates, and μ > 0
+/// is chosen so that H = H0: p = G⁻¹(μ d/|d| − v0).
+inline Failure start_from(const StartPosition& at, const double (&d)[3], RayStart& out) {
+    out = {{at.q[0], at.q[1], at.q[2]}, {0, 0, 0}, at.pt, Failure::none, false, false};
+    const double length = std::hypot(d[0], d[1], d[2]);
+    for (int i = 0; i < 3; ++i)
+        if (!std::isfinite(at.q[i]) || !std::isfinite(d[i])) return out.failure = Failure::nonfinite_start;
+    if (!(length > 0)) return out.failure = Failure::zero_direction;
+    if (at.failure != Failure::none) return out.failure = at.failure;
     const double unit[3] = {d[0] / length, d[1] / length, d[2] / length};
-    const double* v0 = e.gradient.data();
-    const double mu_squared = 2 * (H::level - e.value + 0.5 * product(v0, v0)) / product(unit, unit);
+    const double mu_squared = at.scaled_square / inverse_product(at, unit);
     if (!(mu_squared > 0) || !std::isfinite(mu_squared)) return out.failure = Failure::no_momentum;
     const double mu = std::sqrt(mu_squared);
     for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) out.p[i] += inverse_block[i][k] * (mu * unit[k] - v0[k]);
+        for (int k = 0; k < 3; ++k) out.p[i] += at.inverse_block[i][k] * (mu * unit[k] - at.velocity[k]);
     return Failure::none;
+}
+
+/// Computes the start of a ray at q with dq/dλ along d and H = H0.
+template <class H>
+Failure start_along(const double* parameters, const double (&q)[3], const double (&d)[3], RayStart& out) {
+    return start_from(start_position<H>(parameters, q), d, out);
 }
 
 /// Returns the gradient ∂r/∂q of the radial coordinate r (Boyer–Lindquist or Schwarzschild) at the position q near a

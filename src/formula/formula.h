@@ -27,14 +27,16 @@ using FormulaPoint = std::array<double, formula_variables.size()>;
 
 /// The spherical and cylindrical coordinates of x y z, their momenta, and L² = |x × p|². Unless the scene defines other
 /// meanings of these names, they are further variables while a formula is parsed; textbook_coordinates.h replaces them.
-enum class Textbook : std::int32_t { r = formula_variables.size(), theta, phi, rho, pr, ptheta, pphi, L2 };
+enum class Textbook : std::int32_t { r = formula_variables.size(), theta, phi, rho, pr, ptheta, pphi, L2, prho };
 struct TextbookVariable {
     const char* name;
     std::uint8_t depends_on;  ///< Bits of FormulaScope::variables.
 };
-inline constexpr TextbookVariable textbook_variables[] = {
-    {"r", 0b0000111},  {"theta", 0b0000111},  {"phi", 0b0000011},  {"rho", 0b0000011},
-    {"pr", 0b0111111}, {"ptheta", 0b0111111}, {"pphi", 0b0011011}, {"L2", 0b0111111}};
+inline constexpr TextbookVariable textbook_variables[] = {{"r", 0b0000111},    {"theta", 0b0000111},
+                                                          {"phi", 0b0000011},  {"rho", 0b0000011},
+                                                          {"pr", 0b0111111},   {"ptheta", 0b0111111},
+                                                          {"pphi", 0b0011011}, {"L2", 0b0111111},
+                                                          {"prho", 0b0011011}};
 
 /// The names that the formulas of one space may use, and the nodes that these formulas share. Each name refers to a
 /// node.

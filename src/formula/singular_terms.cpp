@@ -72,7 +72,8 @@ bool SingularTerms::is_regular(std::int32_t node) {
 bool SingularTerms::find_regular(std::int32_t node) {
     const FormulaNode& n = at(node);
     if (n.op == Op::input)
-        return !is(n, Textbook::theta) && !is(n, Textbook::phi) && !is(n, Textbook::rho) && !is(n, Textbook::ptheta);
+        return !is(n, Textbook::theta) && !is(n, Textbook::phi) && !is(n, Textbook::rho) && !is(n, Textbook::ptheta) &&
+               !is(n, Textbook::prho);
     const FormulaNode& operand = at(n.a);
     const bool of_theta = is(operand, Textbook::theta), is_sine = n.op == Op::sin && of_theta;
     if (is_sine || (n.op == Op::tan && of_theta)) return false;
@@ -114,6 +115,11 @@ Polynomial SingularTerms::expansion(std::int32_t node) {
             if (is(n, Textbook::pphi)) return atom_polynomial(atom_pphi);
             if (is(n, Textbook::L2)) return atom_polynomial(atom_L2);
             if (is(n, Textbook::rho)) return {{{{atom_r, 1}, {atom_sin_theta, 1}}, 1}};
+            if (is(n, Textbook::pr)) return atom_polynomial(atom_pr);
+            // pρ = pr sin θ + pθ cos θ/r
+            if (is(n, Textbook::prho))
+                return {{{{atom_pr, 1}, {atom_sin_theta, 1}}, 1},
+                        {{{atom_torque, 1}, {atom_cos_theta, 1}, {atom_sin_theta, -1}, {atom_r, -1}}, 1}};
             if (is(n, Textbook::ptheta)) return {{{{atom_torque, 1}, {atom_sin_theta, -1}}, 1}};
             break;
         case Op::sin:

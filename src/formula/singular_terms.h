@@ -16,7 +16,8 @@ enum Atom : std::int32_t {
     atom_torque = -3,  ///< pθ sin θ, a regular function of x and p
     atom_r = -4,
     atom_pphi = -5,
-    atom_L2 = -6
+    atom_L2 = -6,
+    atom_pr = -7
 };
 
 /// Expands nodes with textbook variables to polynomials.

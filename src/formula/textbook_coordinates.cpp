@@ -100,6 +100,7 @@ std::int32_t CartesianForm::expression_of(Textbook which) {
         case Textbook::pr: return div(add(x_px_plus_y_py(), mul(coordinate(2), coordinate(5))), r());
         case Textbook::ptheta: return div(ptheta_rho(), rho());
         case Textbook::pphi: return momentum_about(2);
+        case Textbook::prho: return div(x_px_plus_y_py(), rho());
         case Textbook::L2: break;
     }
     return add(add(square(momentum_about(0)), square(momentum_about(1))), square(momentum_about(2)));
@@ -120,6 +121,7 @@ std::int32_t CartesianForm::atom_node(std::int32_t atom) {
         case atom_r: return variable(Textbook::r);
         case atom_pphi: return variable(Textbook::pphi);
         case atom_L2: return variable(Textbook::L2);
+        case atom_pr: return variable(Textbook::pr);
         default: return of(atom);
     }
 }

@@ -1,5 +1,6 @@
 #include "library/ray_arrays.h"
 
+#include "rays/large_vector.h"
 #include "render/threads.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace kagero {
 std::vector<RayStart> start_arrays(const Plan& plan, const RayArrays& rays, std::optional<ObserverKind> observer) {
     constexpr std::size_t chunk = 4096;  // rays
     const std::size_t chunks = (rays.count + chunk - 1) / chunk;
-    std::vector<RayStart> starts(rays.count);
+    std::vector<RayStart> starts = large_vector<RayStart>(rays.count);
     std::atomic<std::size_t> next = 0;
     run_on_threads(static_cast<unsigned>(std::clamp<std::size_t>(chunks, 1, plan.run.threads)), [&](unsigned) {
         for (std::size_t i = next++; i < chunks; i = next++) {

@@ -16,4 +16,16 @@ RayStart Space::start(const double (&q)[3], const std::array<double, 3>& d) cons
     return start;
 }
 
+StartPosition Space::prepare_starts(const double (&q)[3]) const {
+    StartPosition at{};
+    module->prepare_starts(hamiltonian, parameters.data(), q, &at);
+    return at;
+}
+
+RayStart Space::start(const StartPosition& at, const std::array<double, 3>& d) const {
+    RayStart start{};
+    module->start_from(hamiltonian, parameters.data(), &at, d.data(), &start);
+    return start;
+}
+
 }  // namespace kagero

@@ -35,6 +35,10 @@ struct Space {
     }
     /// Returns the ray start at q with dq/dλ along d. If there is none, RayStart::failure is the reason.
     RayStart start(const double (&q)[3], const std::array<double, 3>& d) const;
+    /// Returns what the starts of rays at q share.
+    StartPosition prepare_starts(const double (&q)[3]) const;
+    /// Returns the same start as the other function, for a position that this space has prepared.
+    RayStart start(const StartPosition& at, const std::array<double, 3>& d) const;
     /// Computes the map from directions in the rest frame of an observer at q to momenta, in ingoing or outgoing
     /// coordinates (Module::observe). Returns Failure::none, or the reason why the map does not exist.
     Failure observe(ObserverKind observer, const double (&q)[3], bool ingoing, StartMap& map) const {

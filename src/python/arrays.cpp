@@ -71,12 +71,16 @@ py::array text_array(const std::vector<std::string>& texts, const std::vector<st
     std::vector<py::str> strings;
     for (const std::string& text : texts) strings.emplace_back(text);
     py::array array(py::dtype("O"), static_cast<py::ssize_t>(indices.size()));
+    // The references to each text are counted first and added together.
     auto* objects = static_cast<PyObject**>(array.mutable_data());
+    std::vector<Py_ssize_t> uses(texts.size());
     for (std::size_t i = 0; i < indices.size(); ++i) {
-        PyObject* previous = objects[i];
-        objects[i] = strings[indices[i]].inc_ref().ptr();
-        Py_XDECREF(previous);
+        Py_XDECREF(objects[i]);
+        objects[i] = strings[indices[i]].ptr();
+        ++uses[indices[i]];
     }
+    for (std::size_t i = 0; i < strings.size(); ++i)
+        Py_SET_REFCNT(strings[i].ptr(), Py_REFCNT(strings[i].ptr()) + uses[i]);
     return array;
 }
 

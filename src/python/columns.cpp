@@ -144,15 +144,23 @@ public:
             });
         }
     }
-    /// Makes an array of texts if the column is chosen. index(row) is the index of the text of a row.
-    template <class Index>
-    void add_texts(const std::string& name, const std::vector<std::string>& texts, const Index& index) {
+    /// Adds a column of texts if it is chosen. index(row) is the index of the text of a row. find_texts(indices)
+    /// returns the texts; it may first change the indices.
+    template <class Index, class FindTexts>
+    void add_texts(const std::string& name, const Index& index, const FindTexts& find_texts) {
         if (!contains(names_, name)) return;
-        std::vector<std::uint32_t> indices(table_.size());
-        for (std::size_t i = 0; i < indices.size(); ++i) indices[i] = index(table_[i]);
-        arrays_[name] = text_array(texts, indices);
+        std::vector<std::uint32_t>& indices = indices_[name];
+        indices.resize(table_.size());
+        writers_.push_back([this, index, to = indices.data()](auto first, auto last) {
+            for (std::size_t i = first; i < last; ++i) to[i] = index(table_[i]);
+        });
+        makers_.push_back([this, name, find_texts, &indices] {
+            const std::vector<std::string> texts = find_texts(indices);
+            arrays_[name] = text_array(texts, indices);
+        });
     }
-    /// Writes the numbers on several threads, without the interpreter lock, and returns the arrays in their order.
+    /// Writes the columns and returns them in their order. Several threads write numbers and indices, without the
+    /// interpreter lock.
     py::dict write(unsigned threads) {
         constexpr std::size_t block = 1024;  // rows whose ends stay in the cache while all columns are written
         const std::size_t blocks = (table_.size() + block - 1) / block;
@@ -164,6 +172,7 @@ public:
                     for (const auto& writer : writers_) writer(i * block, std::min((i + 1) * block, table_.size()));
             });
         }
+        for (const auto& make : makers_) make();
         py::dict columns;
         for (const std::string& name : names_) columns[py::str(name)] = arrays_.at(name);
         return columns;
@@ -173,7 +182,9 @@ private:
     const Table& table_;
     const std::vector<std::string>& names_;
     std::map<std::string, py::object> arrays_;
+    std::map<std::string, std::vector<std::uint32_t>> indices_;  ///< Those of the columns of texts.
     std::vector<std::function<void(std::size_t, std::size_t)>> writers_;
+    std::vector<std::function<void()>> makers_;  ///< Make the arrays of texts.
 };
 
 /// The rows of the table of paths.
@@ -191,21 +202,22 @@ std::vector<std::string> names_of_media_with_space(const SceneDescription& scene
 }
 
 /// Adds the column `reason`. Equal reasons share one text.
-void add_reasons(Columns<EndTable>& columns, const EndTable& table, const Plan& plan,
-                 const std::vector<std::string>& names) {
-    if (!contains(names, "reason")) return;
-    std::vector<std::string> reasons{""};
-    std::map<std::string, std::uint32_t> index_of;
-    std::vector<std::uint32_t> indices(table.size());
-    for (std::size_t i = 0; i < table.size(); ++i) {
-        const RayEnd& end = table.ends[i];
-        if (end.status != Status::failed && end.status != Status::step_limit) continue;
-        const std::string reason = reason_of(plan, end);
-        const auto [found, is_new] = index_of.emplace(reason, std::uint32_t(reasons.size()));
-        if (is_new) reasons.push_back(reason);
-        indices[i] = found->second;
-    }
-    columns.add_texts("reason", reasons, [&](const EndRow& row) { return indices[row.index]; });
+void add_reasons(Columns<EndTable>& columns, const EndTable& table, const Plan& plan) {
+    const auto has_reason = [](const EndRow& row) {
+        return std::uint32_t(row.end.status == Status::failed || row.end.status == Status::step_limit);
+    };
+    columns.add_texts("reason", has_reason, [&](std::vector<std::uint32_t>& indices) {
+        std::vector<std::string> reasons{""};
+        std::map<std::string, std::uint32_t> index_of;
+        for (std::size_t i = 0; i < indices.size(); ++i) {
+            if (indices[i] == 0) continue;
+            const std::string reason = reason_of(plan, table.ends[i]);
+            const auto [found, is_new] = index_of.emplace(reason, std::uint32_t(reasons.size()));
+            if (is_new) reasons.push_back(reason);
+            indices[i] = found->second;
+        }
+        return reasons;
+    });
 }
 
 }  // namespace
@@ -230,11 +242,13 @@ py::dict columns_of_ends(const Plan& plan, const std::vector<RayEnd>& ends, cons
     columns.add(codes_of_ends);
     std::vector<std::string> objects{""};
     for (const ObjectDescription& object : plan.description().objects) objects.push_back(object.name);
-    columns.add_texts("object", objects,
-                      [](const EndRow& row) { return row.end.status == Status::hit ? row.end.surface + 1 : 0; });
-    columns.add_texts("medium", names_of_media_with_space(plan.description()),
-                      [](const EndRow& row) { return row.path.medium; });
-    add_reasons(columns, table, plan, names);
+    columns.add_texts(
+        "object", [](const EndRow& row) { return row.end.status == Status::hit ? row.end.surface + 1 : 0; },
+        [&](const auto&) { return objects; });
+    columns.add_texts(
+        "medium", [](const EndRow& row) { return row.path.medium; },
+        [&](const auto&) { return names_of_media_with_space(plan.description()); });
+    add_reasons(columns, table, plan);
     return columns.write(plan.run.threads);
 }
 
@@ -244,8 +258,9 @@ py::dict columns_of_points(const Plan& plan, const std::vector<PathPoint>& point
     Columns<PointTable> columns(table, names);
     columns.add(doubles_of_points);
     columns.add(counts_of_points);
-    columns.add_texts("medium", names_of_media_with_space(plan.description()),
-                      [](const PathPoint& point) { return point.medium; });
+    columns.add_texts(
+        "medium", [](const PathPoint& point) { return point.medium; },
+        [&](const auto&) { return names_of_media_with_space(plan.description()); });
     return columns.write(plan.run.threads);
 }
 

@@ -1,40 +1,67 @@
 #include "rays/start_rays.h"
 
 #include "media/regions.h"
+#include "rays/large_vector.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace kagero {
 namespace {
 
 /// Returns the maximum |q| at which H is evaluated. Its square is well within the range of the kernel's number type.
-double max_distance(const Plan& plan) {
-    return plan.run.kernel->precision == Precision::float32 ? 1e18 : 1e150;
-}
+double max_distance(const Plan& plan) { return plan.run.kernel->precision == Precision::float32 ? 1e18 : 1e150; }
 
-/// Returns the start of a ray with dq/dλ along d. A ray that moves outward from a point beyond the escape radius and
-/// beyond max_distance escapes at its start. Its momentum is computed at the distance max_distance in direction q.
-RayStart start_along(const Plan& plan, const double (&q)[3], const Double3& d) {
-    const double distance = std::hypot(q[0], q[1], q[2]), limit = max_distance(plan);
-    const bool outward = q[0] / distance * d[0] + q[1] / distance * d[1] + q[2] / distance * d[2] > 0;
-    const bool far =
-        distance > limit && distance > plan.scene->limits.escape_radius && outward && std::isfinite(distance);
-    const double shrink = far ? limit / distance : 1;
-    const double near[3] = {shrink * q[0], shrink * q[1], shrink * q[2]};
-    RayStart start = plan.scene->space.start(near, d);
-    start.escaped = far && start.failure == Failure::none;
-    std::copy(q, q + 3, start.q);
-    const Scene& scene = *plan.scene;
-    if (start.failure == Failure::none && starts_ingoing(scene.space, scene.limits.chart_radius, std::nullopt, q)) {
-        const Hole hole = scene.space.hole();
-        plan.module().to_ingoing(&hole, &start);
+/// Starts of rays with dq/dλ along given directions. What rays with the same position share is computed once, as long
+/// as they follow each other.
+class DirectedStarts {
+public:
+    explicit DirectedStarts(const Plan& plan)
+        : plan_(plan), scene_(*plan.scene), max_distance_(max_distance(plan)), hole_(scene_.space.hole()) {}
+
+    /// Returns the start of a ray at q with dq/dλ along d. A ray that moves outward from a point beyond the escape
+    /// radius and beyond max_distance escapes at its start. Its momentum is computed at the distance max_distance in
+    /// direction q.
+    RayStart along(const double (&q)[3], const Double3& d) {
+        // −0 differs from 0.
+        if (!is_prepared_ || std::memcmp(q, position_, sizeof position_) != 0) move_to(q);
+        const bool outward = unit_[0] * d[0] + unit_[1] * d[1] + unit_[2] * d[2] > 0;
+        const bool far = is_far_ && outward;
+        // The prepared position is far away and serves only rays that move outward.
+        RayStart start = is_far_ && !outward ? scene_.space.start(q, d) : scene_.space.start(prepared_, d);
+        start.escaped = far && start.failure == Failure::none;
+        std::copy(q, q + 3, start.q);
+        if (start.failure == Failure::none && ingoing_) plan_.module().to_ingoing(&hole_, &start);
+        return start;
     }
-    return start;
-}
+
+private:
+    void move_to(const double (&q)[3]) {
+        const double distance = std::hypot(q[0], q[1], q[2]);
+        is_far_ = distance > max_distance_ && distance > scene_.limits.escape_radius && std::isfinite(distance);
+        const double shrink = is_far_ ? max_distance_ / distance : 1;
+        for (int i = 0; i < 3; ++i) unit_[i] = q[i] / distance;
+        prepared_ = scene_.space.prepare_starts({shrink * q[0], shrink * q[1], shrink * q[2]});
+        ingoing_ = starts_ingoing(scene_.space, scene_.limits.chart_radius, std::nullopt, q);
+        std::copy(q, q + 3, position_);
+        is_prepared_ = true;
+    }
+
+    const Plan& plan_;
+    const Scene& scene_;
+    const double max_distance_;
+    const Hole hole_;
+    bool is_prepared_ = false;
+    double position_[3] = {};
+    double unit_[3] = {};       ///< Unit vector along the position.
+    StartPosition prepared_{};  ///< The position, or a closer one if it is far away.
+    bool is_far_ = false;       ///< Rays that move outward escape at their start.
+    bool ingoing_ = false;      ///< Rays start in ingoing coordinates.
+};
 
 /// Rest frame of an observer that can be moved. The frame is computed again only if the position changes.
 class ObserverFrame {
@@ -105,17 +132,19 @@ std::uint32_t medium_of(const Scene& scene, const RayInput& ray) {
 void write_starts(const Plan& plan, const RayArrays& rays, std::optional<ObserverKind> observer, std::size_t first,
                   std::size_t last, RayStart* starts) {
     std::vector<std::optional<ObserverFrame>> frames(plan.media.size() + 1);
+    std::vector<std::optional<DirectedStarts>> directed(plan.media.size() + 1);
     for (std::size_t i = first; i < last; ++i) {
         const RayInput ray = rays[i];
         const std::uint32_t medium = medium_of(*plan.scene, ray);
         const Plan& around = plan.medium(medium);
         std::optional<ObserverFrame>& frame = frames[medium];
         if (observer && !frame) frame.emplace(around, *observer);
+        if (!observer && !directed[medium]) directed[medium].emplace(around);
         double q[3];
         for (std::size_t k = 0; k < 3; ++k)
             q[k] = ray.position[k] / around.scene->unit - around.description().space.center[k];
         RayStart start =
-            frame ? start_in_frame(around, *frame, q, ray.direction) : start_along(around, q, ray.direction);
+            frame ? start_in_frame(around, *frame, q, ray.direction) : directed[medium]->along(q, ray.direction);
         start.failure = start_failure(around, start, observer == ObserverKind::falling);
         start.medium = medium;
         starts[i - first] = start;
@@ -124,7 +153,7 @@ void write_starts(const Plan& plan, const RayArrays& rays, std::optional<Observe
 
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
                                  std::optional<ObserverKind> observer) {
-    std::vector<RayStart> starts(rays.size());
+    std::vector<RayStart> starts = large_vector<RayStart>(rays.size());
     if (rays.empty()) return starts;
     constexpr std::size_t stride = sizeof(RayInput) / sizeof(double);
     const RayArrays arrays{rays[0].position.data(), rays[0].direction.data(), rays.size(), stride, stride};

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace kagero::test {
 namespace {
@@ -87,6 +89,42 @@ TEST_F(Kinks, DoNotReduceTheOrderOfMethodsWithFixedSteps) {
         }
         EXPECT_LT(error_of("gauss8", 0.4, form), 1e-10) << form;
     }
+}
+
+/// Returns log2 of the ratio of successive errors per halving of the step, over the errors that are neither close to
+/// rounding nor so large that the ray is a different one; nothing if there are fewer than two.
+std::optional<double> fitted_order(const std::vector<double>& errors) {
+    constexpr double least = 2e-10, greatest = 0.05;
+    const auto is_usable = [](double error) { return error > least && error < greatest; };
+    const auto first = std::find_if(errors.begin(), errors.end(), is_usable);
+    const auto last = std::find_if_not(first, errors.end(), is_usable);
+    if (last - first < 2) return std::nullopt;
+    return std::log2(*first / *(last - 1)) / double(last - first - 1);
+}
+
+// Methods whose stages lie outside the step, such as yoshida4, and methods whose last stage only predicts the end of
+// the step, such as rk4, would otherwise evaluate derivatives behind a kink.
+TEST_F(Kinks, DoNotReduceTheOrderOfAnyMethod) {
+    const auto plan = plan_of_text(scene_of(forms[0]), {}, {}, false);
+    const Module& module = plan->module();
+    int tested = 0;
+    for (std::uint32_t i = 0; i < module.integrator_count; ++i) {
+        const IntegratorInfo& info = module.integrators[i];
+        const bool is_supported = !module.formula_refusal(plan->scene->space.parameters.data(), i) && !info.angular;
+        if (!is_supported || info.adaptive) continue;
+        SCOPED_TRACE(info.name);
+        std::vector<double> errors;
+        const double coarsest = info.order > 1 ? 0.4 : 0.00625;
+        for (double step = coarsest; step > coarsest / 40; step /= 2)
+            errors.push_back(
+                error_with({std::string("integrator.method=") + info.name, "integrator.step=" + std::to_string(step),
+                            "integrator.max_steps=1000000"}));
+        const std::optional<double> order = fitted_order(errors);
+        if (order) EXPECT_GT(*order, double(info.order) - 0.4);
+        else EXPECT_LT(errors[1], 1e-9);
+        ++tested;
+    }
+    EXPECT_GT(tested, 20);
 }
 
 /// Returns the number that follows a text in a line.

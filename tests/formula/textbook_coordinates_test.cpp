@@ -1,4 +1,4 @@
-// Tests of the variables r theta phi rho pr ptheta pphi L2: their values, and formulas from textbooks whose terms are
+// Tests of the variables r theta phi rho pr ptheta pphi prho L2: their values, and formulas from textbooks whose terms are
 // singular on the axis although their sum is regular.
 #include "formula/nodes.h"
 #include "formula/parser.h"
@@ -60,7 +60,7 @@ TEST(TextbookCoordinates, HaveTheirValues) {
         const std::pair<const char*, double> table[] = {
             {"r", r}, {"rho", rho}, {"theta", std::acos(z / r)}, {"phi", std::atan2(y, x)},
             {"pr", (x * px + y * py + z * pz) / r}, {"ptheta", (z * (x * px + y * py) - rho * rho * pz) / rho},
-            {"pphi", lz}, {"L2", lx * lx + ly * ly + lz * lz}, {"sin(theta)", rho / r}, {"cos(theta)", z / r},
+            {"pphi", lz}, {"prho", (x * px + y * py) / rho}, {"L2", lx * lx + ly * ly + lz * lz}, {"sin(theta)", rho / r}, {"cos(theta)", z / r},
             {"tan(theta)", rho / z}, {"sin(phi)", y / rho}, {"cos(phi)", x / rho}, {"tan(phi)", y / x},
             {"sin(theta)^2", rho * rho / (r * r)}, {"rho^2", rho * rho}, {"rho^3", rho * rho * rho},
             {"ptheta^2 + pphi^2/sin(theta)^2", lx * lx + ly * ly + lz * lz},
@@ -78,6 +78,10 @@ const std::pair<const char*, const char*> same[] = {
     {"ptheta*ptheta + pphi^2*sin(theta)^-2", "L2"},
     {"(ptheta^2 + pphi^2/sin(theta)^2)/r^2", "L2/r^2"},
     {"ptheta^2/r^2 + pphi^2/rho^2", "L2/r^2"},
+    {"prho^2 + pphi^2/rho^2", "px^2 + py^2"},
+    {"0.5*(-pt^2 + (pphi + a*rho^2*pt)^2/rho^2 + prho^2 + pz^2)",
+     "0.5*(-pt^2 + px^2 + py^2 + 2*a*pphi*pt + a^2*(x^2 + y^2)*pt^2 + pz^2)"},
+    {"rho*prho", "x*px + y*py"},
     {"0.5*(pr^2 + (ptheta^2 + pphi^2/(1 - cos(theta)^2))/r^2 - 1)", "0.5*(px^2 + py^2 + pz^2 - 1)"},
     {"0.5*(pr^2 + ptheta^2/r^2 + pphi^2/(r^2*sin(theta)^2))", "0.5*(px^2 + py^2 + pz^2)"},
     {"0.5*(pr^2 + ptheta^2/r^2 + pphi^2/(r*sin(theta))^2)", "0.5*(px^2 + py^2 + pz^2)"},
@@ -122,7 +126,7 @@ TEST(TextbookCoordinates, LeaveSuchFormulasRegularOnTheAxis) {
 // A formula whose singular terms do not cancel has the same values as before, and no value on the axis.
 TEST(TextbookCoordinates, LeaveSingularFormulasAsTheyAre) {
     Formulas formulas;
-    for (const char* text : {"ptheta^2 + 2*pphi^2/sin(theta)^2", "ptheta^2", "pphi^2/sin(theta)^2", "ptheta + pphi"}) {
+    for (const char* text : {"ptheta^2 + 2*pphi^2/sin(theta)^2", "ptheta^2", "pphi^2/sin(theta)^2", "ptheta + pphi", "prho^2"}) {
         const auto [x, y, z, px, py, pz, pt] = off_axis[0];
         const double rho = std::hypot(x, y), sine2 = rho * rho / (rho * rho + z * z), pphi = x * py - y * px,
                      ptheta = (z * (x * px + y * py) - rho * rho * pz) / rho;
@@ -130,6 +134,7 @@ TEST(TextbookCoordinates, LeaveSingularFormulasAsTheyAre) {
         const double expected = name == "ptheta^2"              ? ptheta * ptheta
                                 : name == "pphi^2/sin(theta)^2" ? pphi * pphi / sine2
                                 : name == "ptheta + pphi"       ? ptheta + pphi
+                                : name == "prho^2"              ? std::pow((x * px + y * py) / rho, 2)
                                                                 : ptheta * ptheta + 2 * pphi * pphi / sine2;
         expect_equal(formulas(text, off_axis[0]), expected, text);
         EXPECT_FALSE(std::isfinite(formulas(text, on_axis[0]))) << text;

@@ -12,7 +12,7 @@
 
 const char* const fuzz_words =
     "x y z px py pz pt pi sqrt( exp( log( sin( cos( tan( tanh( abs( atan2( min( max( ) ( , + - * / ^ ^2 ^0.5 ^-1 "
-    "r theta phi rho pr ptheta pphi L2 sin(theta) cos(theta) where( asin( acos( atan( sinh( cosh( "
+    "r theta phi rho pr ptheta pphi prho L2 sin(theta) cos(theta) where( asin( acos( atan( sinh( cosh( "
     "^(1/3) 1e308 1e-308 0 "
     "0.5 .5 1e 1e+ (px^2+py^2+pz^2) (x*x+y*y+z*z) -- ** x^x^x ((((";
 

@@ -164,6 +164,19 @@ TEST_F(ViewerTest, DoesNotWaitForSlowClients) {
     expect_alive();
 }
 
+// More silent connections than permitted: the one that is silent for the longest time is closed at once.
+TEST_F(ViewerTest, DoesNotWaitForMoreSilentClientsThanPermitted) {
+    std::vector<Client> silent;
+    for (std::size_t i = 0; i < 3 * WebLimits{}.connections; ++i) silent.emplace_back(server_->port());
+    const auto begin = std::chrono::steady_clock::now();
+    for (int i = 0; i < 5; ++i) expect_alive();
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - begin;
+    EXPECT_LT(waited.count(), WebLimits{}.read_seconds / 2);
+    silent.back().send(request("GET", "/stats"));
+    EXPECT_EQ(status_of(silent.back().receive()), 200) << "the connection that was opened last must be kept";
+    EXPECT_EQ(silent.front().receive(), "") << "the connection that was opened first must be closed";
+}
+
 TEST_F(ViewerTest, ServesTwoPagesAndBoundsTheirNumber) {
     const auto picture = [&](int tab) {
         return status_after(request("POST", "/picture", R"({"tab": "t)" + std::to_string(tab) + "\"}"));

@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <list>
 #include <thread>
 
 namespace kagero {
@@ -22,13 +23,16 @@ namespace http = beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
+class Connection;
+
 /// What all connections share.
 struct Shared {
     const WebLimits limits;
     WebHandler& handler;
     std::atomic<std::size_t> connections{0}, running{0};
-    asio::io_context io{1};  ///< Reads and writes, on one thread.
-    asio::thread_pool pool;  ///< Answers requests.
+    std::list<Connection*> reading;  ///< Connections whose request is not complete; the first has waited longest.
+    asio::io_context io{1};          ///< Reads and writes, on one thread.
+    asio::thread_pool pool;          ///< Answers requests.
 
     Shared(const WebLimits& l, WebHandler& h) : limits(l), handler(h), pool(l.running) {}
 };
@@ -59,10 +63,14 @@ public:
     Connection(Shared& shared, tcp::socket socket) : shared_(shared), stream_(std::move(socket)) {
         ++shared_.connections;
     }
-    ~Connection() { --shared_.connections; }
+    ~Connection() {
+        stop_reading();
+        --shared_.connections;
+    }
 
     /// Reads the next request.
     void read() {
+        place_ = shared_.reading.insert(shared_.reading.end(), this);
         parser_.emplace();
         parser_->header_limit(static_cast<std::uint32_t>(shared_.limits.head_bytes));
         parser_->body_limit(shared_.limits.body_bytes);
@@ -71,7 +79,18 @@ public:
                                 [self = shared_from_this()](error_code error, std::size_t) { self->on_head(error); });
     }
 
+    /// Ends the connection at once. Its pending operations fail.
+    void close() {
+        stop_reading();
+        error_code ignored;
+        stream_.socket().close(ignored);
+    }
+
 private:
+    void stop_reading() {
+        if (place_) shared_.reading.erase(*place_);
+        place_.reset();
+    }
     void on_head(error_code error) {
         if (error) return refuse_unreadable(error);
         WebRequest head = request_head(parser_->get());
@@ -83,6 +102,7 @@ private:
     }
     void on_request(error_code error, WebRequest request) {
         if (error) return refuse_unreadable(error);
+        stop_reading();
         request.body = std::move(parser_->get().body());
         const bool keep_alive = parser_->get().keep_alive();
         if (++shared_.running > shared_.limits.running) {
@@ -119,6 +139,7 @@ private:
         close();
     }
     void respond(WebResponse response, bool keep_alive) {
+        stop_reading();
         message_.emplace();
         message_->result(response.status);
         message_->version(11);
@@ -155,12 +176,9 @@ private:
             self->discard();
         });
     }
-    void close() {
-        error_code ignored;
-        stream_.socket().close(ignored);
-    }
 
     Shared& shared_;
+    std::optional<std::list<Connection*>::iterator> place_;  ///< That in Shared::reading.
     beast::tcp_stream stream_;
     beast::flat_buffer buffer_{1 << 14};
     std::optional<http::request_parser<http::string_body>> parser_;
@@ -210,13 +228,21 @@ private:
         acceptor_.async_accept([this](error_code error, tcp::socket socket) {
             if (error == asio::error::operation_aborted) return;
             if (error) return accept_later();  // for example, no file descriptor is left
-            if (shared_.connections < shared_.limits.connections) {
+            if (has_place()) {
                 error_code ignored;
                 socket.set_option(tcp::no_delay(true), ignored);
                 std::make_shared<Connection>(shared_, std::move(socket))->read();
             } else turn_away(std::move(socket));
             accept();
         });
+    }
+    /// Returns true if another connection may be accepted. If there are too many, the one whose client has been silent
+    /// for the longest time is closed; connections whose requests are being answered are kept.
+    bool has_place() {
+        if (shared_.connections < shared_.limits.connections) return true;
+        if (shared_.reading.empty()) return false;
+        shared_.reading.front()->close();
+        return true;
     }
     void accept_later() {
         retry_.expires_after(std::chrono::milliseconds(50));

@@ -38,7 +38,9 @@ inline WebResponse text_response(unsigned status, const std::string& text, const
 
 /// Bounds on what clients can make the server do.
 struct WebLimits {
-    std::size_t connections = 64;      ///< Open connections. Further ones get status 503 and are closed.
+    /// Open connections. Beyond it, the connection whose client has been silent for the longest time is closed. If all
+    /// requests are being answered, further connections get status 503.
+    std::size_t connections = 64;
     std::size_t running = 16;          ///< Requests that are being answered. Further ones get status 503.
     std::size_t head_bytes = 8192;     ///< Size of the request line and the headers; beyond it: status 431.
     std::size_t body_bytes = 1 << 16;  ///< Size of the body; beyond it: status 413.

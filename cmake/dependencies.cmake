@@ -48,6 +48,30 @@ if(KAGERO_COMPILER)
     message(STATUS "The compiler of formulas is not built, because AsmJit was not found; its Debian package is "
                    "libasmjit-dev")
     set(KAGERO_COMPILER OFF)
+  else()
+    include(CheckCXXSourceCompiles)
+    set(CMAKE_REQUIRED_INCLUDES ${ASMJIT_INCLUDE_DIR})
+    set(CMAKE_REQUIRED_LIBRARIES ${ASMJIT_LIBRARY})
+    check_cxx_source_compiles([[
+      #include <asmjit/x86.h>
+      namespace x86 = asmjit::x86;
+      int main() {
+          asmjit::CodeHolder code;
+          code.init(asmjit::Environment::host());
+          x86::Assembler a(&code);
+          x86::Mem number = x86::ptr(a.newLabel(), 0, 8);
+          number.setBroadcast(x86::Mem::Broadcast::k1To8);
+          a.k(x86::k1).emit(x86::Inst::kIdVblendmpd, x86::zmm(1), x86::zmm(2), x86::zmm(3));
+          a.emit(x86::Inst::kIdVaddpd, x86::zmm(1), x86::zmm(2), number);
+          a.long_().sub(x86::rsp, 64);
+          return a.setOffset(0) || code.flatten() || code.relocateToBase(0) || code.copyFlattenedData(nullptr, 0);
+      }]] KAGERO_ASMJIT_IS_KNOWN)
+    unset(CMAKE_REQUIRED_INCLUDES)
+    unset(CMAKE_REQUIRED_LIBRARIES)
+    if(NOT KAGERO_ASMJIT_IS_KNOWN)
+      message(STATUS "The compiler of formulas is not built, because this version of AsmJit has another interface")
+      set(KAGERO_COMPILER OFF)
+    endif()
   endif()
 endif()
 

@@ -5,6 +5,7 @@
 /// Coordinates are those of the Hamiltonian: scene coordinates minus `space.center`.
 #pragma once
 
+#include "kernels/formula.h"
 #include "kernels/parameter_set.h"
 #include "kernels/ray_start.h"
 #include "kernels/ray_status.h"
@@ -141,42 +142,6 @@ struct RayPath {
     double normal[3];  ///< Normal of the surface or sphere on which the ray ends, of any length.
     double by_position[2][3], by_direction[2][3];  ///< Derivatives with respect to position and unit direction.
 };
-
-enum class Op : std::uint8_t;  // kernels/operation.h
-struct FunctionDescription;    // kernels/code_generation.h
-/// Receives the functions of a formula one after the other. `user` is the argument of Module::describe_functions.
-using FunctionSink = void (*)(void* user, const FunctionDescription*);
-/// Machine code of a program. It evaluates the program at `points` ≥ 1 points. `in` contains the inputs of the first
-/// point, then those of the second point, and so on; so does `out` for the outputs. Each input and output is a value of
-/// the type for which the code was generated. `in` and `out` do not overlap.
-using CompiledFunction = void (*)(const void* in, void* out, std::uint64_t points);
-
-/// An operation of a formula. Operands are indices of earlier nodes; `a` of an input indexes (x y z px py pz pt).
-struct FormulaNode {
-    Op op;
-    std::int32_t a, b;
-    double value;  ///< Value of a constant.
-};
-
-/// A Hamiltonian that is written in a scene. Its expressions are indices into one list of nodes; −1: absent. If
-/// `energy` is −1, only `rescale` may be stated, and everything else is that of the compiled Hamiltonian `hamiltonian`.
-struct Formula {
-    const FormulaNode* nodes;
-    std::uint32_t node_count;
-    std::int32_t energy;
-    std::int32_t domain, capture;  ///< A ray escapes where `domain` ≤ 0; it is captured where `capture` ≤ 0.
-    std::int32_t length_scale;     ///< The step bound.
-    std::int32_t rescale;          ///< Ω(q): Ω·(H − H0) is integrated.
-    std::int32_t parts[2];         ///< H_A and H_B with H = H_A + H_B; both are stated, or neither.
-    double level;                  ///< H0.
-    double pt;
-    /// For each node with branches (see `has_branches`): the typical magnitude of the argument whose sign selects the
-    /// branch, or of the difference of the arguments; null: 1.
-    const double* branch_magnitudes = nullptr;
-    std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
-    const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.
-};
-inline constexpr std::uint32_t max_formula_nodes = 4096;  ///< Greatest number of nodes.
 
 /// The data that all rays of a call of KernelInfo::trace share.
 struct Job {
@@ -329,10 +294,7 @@ struct Module {
     std::uint32_t program_size;
     /// Returns null if the integrator supports these programs, else the reason.
     const char* (*formula_refusal)(const double* programs, std::uint32_t integrator);
-    /// Passes every function of these programs that can be compiled to `sink`, in an order that depends only on them.
-    void (*describe_functions)(const double* programs, void* user, FunctionSink sink);
-    /// Replaces the interpreter of these programs by compiled functions, which have the order of describe_functions.
-    void (*use_functions)(double* programs, const CompiledFunction* functions);
+    FormulaFunctions formula_functions;  ///< Functions for the compilation of these programs to machine code.
 
     /// Returns the numbers of floating-point operations of one ray with this integrator.
     Operations (*operations)(std::uint32_t hamiltonian, const double* parameters, std::uint32_t integrator,

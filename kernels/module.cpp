@@ -1,6 +1,6 @@
 // The exported function of a kernel module, and the tables of Hamiltonians, integrators and kernels that it returns.
+#include "kernels/formula/compiled_functions.h"
 #include "kernels/formula/operations.h"
-#include "kernels/formula/programs.h"
 #include "kernels/simd/peak.h"
 #include "kernels/comparison/compared.h"
 #include "kernels/observers/chart_functions.h"
@@ -149,14 +149,6 @@ const char* compile(const Formula* formula, double* programs) {
             return "the gradient of its H is discontinuous at a surface, so H cannot be rescaled";
         return formula::compile(*formula, &formula::rerecorded<H>, out);
     });
-}
-
-void describe_functions(const double* programs, void* user, FunctionSink sink) {
-    formula::describe_functions(formula::programs_in(programs), user, sink);
-}
-
-void use_functions(double* programs, const CompiledFunction* functions) {
-    formula::use_functions(*reinterpret_cast<formula::Programs*>(programs), functions);
 }
 
 const char* refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled) {
@@ -317,9 +309,7 @@ const Module module{
     .hole_radius = chart_functions::hole_radius,
     .compile = compile,
     .program_size = sizeof(formula::Programs) / sizeof(double),
-    .formula_refusal = formula_refusal,
-    .describe_functions = describe_functions,
-    .use_functions = use_functions,
+    .formula_refusal = formula_refusal, .formula_functions = {formula::describe_functions, formula::use_functions},
     .operations = operations,
     .bound_roundings = bound_roundings<PacketDouble>,
     .multiply_adds = multiply_adds,

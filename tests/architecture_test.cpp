@@ -86,7 +86,8 @@ const std::vector<std::string> kernel_layers{
     "simd",        "numeric",     "shading",         "autodiff",     "hamiltonians", "equations", "observers",
     "integrators", "orbits",      "recipe",          "intersection", "methods",      "formula",   "events",
     "trace",       "interaction", "lane_parameters", "adjoint",      "comparison"};
-const std::vector<std::vector<std::string>> program_layers{{"scene", "animation", "film", "modules", "formula", "compiler"},
+const std::vector<std::vector<std::string>> program_layers{{"scene", "animation", "film", "modules", "formula",
+                                                            "compiler"},
                                                            {"geometry"},
                                                            {"media"},
                                                            {"spaces"},
@@ -216,8 +217,8 @@ TEST(Program, IncludesDownwards) {
     }
 }
 
-// src/ and kernels/ share only the binary interfaces of the modules, assertions, the list of operations of formulas, and
-// the data that a query passes to the callbacks of Embree.
+// src/ and kernels/ share only the binary interfaces of the modules, assertions, the list of operations of formulas,
+// and the data that a query passes to the callbacks of Embree.
 TEST(Program, IncludesOnlySharedHeadersOfTheKernels) {
     const std::set<std::string> shared{"kernels/abi.h", "kernels/assertion.h", "kernels/operation.h",
                                        "kernels/code_generation.h", "kernels/intersection/query_context.h"};

@@ -30,10 +30,4 @@ template <>
 inline constexpr int compiled_type<float> = 3;
 inline constexpr int compiled_type_count = 4;
 
-struct Programs;
-
-/// Implement Module::describe_functions and Module::use_functions.
-void describe_functions(const Programs& programs, void* user, FunctionSink sink);
-void use_functions(Programs& programs, const CompiledFunction* functions);
-
 }  // namespace kagero::formula

@@ -40,10 +40,10 @@ const CompilerModule* load_compiler() {
 std::shared_ptr<const FunctionCompiler> generate(const CompilerModule& compiler, const Module& module,
                                                  std::vector<double>& programs) {
     std::shared_ptr<FunctionCompiler> code = compiler.create();
-    module.describe_functions(programs.data(), code.get(), [](void* user, const FunctionDescription* function) {
+    module.formula_functions.describe(programs.data(), code.get(), [](void* user, const FunctionDescription* function) {
         static_cast<FunctionCompiler*>(user)->add(*function);
     });
-    module.use_functions(programs.data(), code->finish().data());
+    module.formula_functions.use(programs.data(), code->finish().data());
     return code;
 }
 

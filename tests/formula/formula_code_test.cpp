@@ -43,7 +43,7 @@ TEST(FormulaCode, RaysHaveTheSameBits) {
     const std::string tail = "[integrator]\nescape_radius = 3\nmax_steps = 300\n";
     for (const char* strategy : {"packet", "scalar"})
         for (const char* method : {"gauss8", "verlet", "dp85", "srkn6"})
-            for (const std::string isa : find_isa_names("all")) {
+            for (const std::string& isa : find_isa_names("all")) {
                 const auto ends_with = [&](const char* choice) {
                     const FormulaVariable variable(choice);
                     return traced(mirage_formula + tail,

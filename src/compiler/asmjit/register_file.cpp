@@ -75,7 +75,7 @@ int RegisterFile::take() {
     for (int r = 0; r < int(node_in_.size()); ++r) {
         if (pinned_[std::size_t(r)]) continue;
         const int node = node_in_[std::size_t(r)];
-        // A free register is best. Of equally good ones, one whose value is also in memory is better.
+        // A free register is best, and then the one whose value is used last.
         const int use = node < 0 ? std::numeric_limits<int>::max() : next_use(node);
         if (best < 0 || use > best_use) {
             best = r;

@@ -1,8 +1,6 @@
 // Translation of a formula's code to the nodes that the compiler module receives, and the functions that compiled code
 // calls.
-#include "kernels/formula/compiled.h"
-#include "kernels/code_generation.h"
-#include "kernels/formula/programs.h"
+#include "kernels/formula/compiled_functions.h"
 
 #include <utility>
 
@@ -171,8 +169,8 @@ void visit_codes(SomePrograms& p, const Visit& visit) {
 
 }  // namespace
 
-void describe_functions(const Programs& programs, void* user, FunctionSink sink) {
-    visit_codes(programs, [&](const Code& code) {
+void describe_functions(const double* programs, void* user, FunctionSink sink) {
+    visit_codes(programs_in(programs), [&](const Code& code) {
         DecodedProgram program(code);
         for (int type = 0; type < compiled_type_count; ++type) {
             const FunctionDescription whole = program.whole(value_type_at(type));
@@ -186,8 +184,8 @@ void describe_functions(const Programs& programs, void* user, FunctionSink sink)
     });
 }
 
-void use_functions(Programs& programs, const CompiledFunction* functions) {
-    visit_codes(programs, [&](Code& code) {
+void use_functions(double* programs, const CompiledFunction* functions) {
+    visit_codes(*reinterpret_cast<Programs*>(programs), [&](Code& code) {
         const bool prepares = DecodedProgram(code).has_prepared_values();
         for (CompiledProgram& program : code.compiled) {
             program.evaluate = program.evaluate_prepared = *functions++;

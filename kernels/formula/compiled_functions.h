@@ -1,0 +1,13 @@
+/// The functions of a formula that can be compiled to machine code.
+#pragma once
+
+#include "kernels/code_generation.h"
+#include "kernels/formula/programs.h"
+
+namespace kagero::formula {
+
+/// Implement FormulaFunctions.
+void describe_functions(const double* programs, void* user, FunctionSink sink);
+void use_functions(double* programs, const CompiledFunction* functions);
+
+}  // namespace kagero::formula

@@ -1,4 +1,5 @@
-/// Replaces the textbook variables r theta phi rho pr ptheta pphi prho L2 of a formula by expressions in x y z px py pz.
+/// Replaces the textbook variables r theta phi rho pr ptheta pphi prho L2 of a formula by expressions in x y z px py
+/// pz.
 #pragma once
 
 #include "formula/formula.h"

@@ -102,7 +102,8 @@ const char* describe(Failure failure) {
                    "that interior and exterior of touching objects agree";
         case Failure::hamiltonian_jumps:
             return "H jumps here, where a min, max, abs or where changes its branch, and no ray can cross a jump; "
-                   "replace it by a steep but continuous change, or end the rays here by space.domain or space.capture";
+                   "replace it by a steep but continuous change or, to refract light, by a [[medium]] in a boundary "
+                   "surface, or end the rays here by space.domain or space.capture";
     }
     return "unknown failure";
 }

@@ -8,8 +8,8 @@
 
 namespace kagero {
 
-/// Returns a vector of n elements. Where the system permits, the memory of a long vector consists of huge pages, because
-/// the system takes longer to provide many small pages than a kernel takes to trace a simple ray.
+/// Returns a vector of n elements. Where the system permits, the memory of a long vector consists of huge pages,
+/// because the system takes long to provide many small pages.
 template <class T>
 std::vector<T> large_vector(std::size_t n) {
     constexpr std::uintptr_t huge_page = 1 << 21;  // bytes

@@ -45,6 +45,21 @@ Warning warning_of_failures(const Plan& plan, const RunReport& report, std::uint
     return {"failed", count_text(failed, report.rays) + " failed" + with_consequence(consequence) + ": " + reason};
 }
 
+/// Returns the advice to use the method with angular steps that is the default for pictures of this space; "" if the
+/// plan uses such a method, or if the scene does not permit it.
+std::string advice_for_circling_rays(const Plan& plan) {
+    const Scene& scene = *plan.scene;
+    const char* wanted = scene.space.info().orbit_method;
+    if (!wanted || plan.method().angular || scene.straight) return "";
+    const Module& module = scene.module();
+    const IntegratorInfo* const end = module.integrators + module.integrator_count;
+    const IntegratorInfo* const method =
+        std::find_if(module.integrators, end, [&](const auto& each) { return std::string(wanted) == each.name; });
+    if (method == end || refusal_of(scene, static_cast<std::uint32_t>(method - module.integrators), false)) return "";
+    return ", or integrator.method = \"" + std::string(wanted) +
+           "\", whose steps are angles, so that a ray that circles the hole many times takes few of them";
+}
+
 Warning warning_of_step_limit(const Plan& plan, const RunReport& report, std::uint64_t cut_off,
                               const std::string& consequence) {
     const std::uint32_t max_steps = plan.run.max_steps;
@@ -58,8 +73,8 @@ Warning warning_of_step_limit(const Plan& plan, const RunReport& report, std::ui
                 "; set integrator.max_steps to at least " + rounded(std::ceil(2 * escape_radius / step)) +
                 ", or integrator.tolerance for a method with step control";
     else
-        text += "set a greater integrator.max_steps; rays that are trapped, as in a duct or on a photon orbit, never "
-                "end";
+        text += "set a greater integrator.max_steps" + advice_for_circling_rays(plan) +
+                "; rays that are trapped, as in a duct or on a photon orbit, never end";
     return {"step_limit", text};
 }
 

@@ -1,5 +1,5 @@
-// Tests of the variables r theta phi rho pr ptheta pphi prho L2: their values, and formulas from textbooks whose terms are
-// singular on the axis although their sum is regular.
+// Tests of the variables r theta phi rho pr ptheta pphi prho L2: their values, and formulas from textbooks whose terms
+// are singular on the axis although their sum is regular.
 #include "formula/nodes.h"
 #include "formula/parser.h"
 #include "kernels/operation.h"
@@ -60,7 +60,8 @@ TEST(TextbookCoordinates, HaveTheirValues) {
         const std::pair<const char*, double> table[] = {
             {"r", r}, {"rho", rho}, {"theta", std::acos(z / r)}, {"phi", std::atan2(y, x)},
             {"pr", (x * px + y * py + z * pz) / r}, {"ptheta", (z * (x * px + y * py) - rho * rho * pz) / rho},
-            {"pphi", lz}, {"prho", (x * px + y * py) / rho}, {"L2", lx * lx + ly * ly + lz * lz}, {"sin(theta)", rho / r}, {"cos(theta)", z / r},
+            {"prho", (x * px + y * py) / rho},
+            {"pphi", lz}, {"L2", lx * lx + ly * ly + lz * lz}, {"sin(theta)", rho / r}, {"cos(theta)", z / r},
             {"tan(theta)", rho / z}, {"sin(phi)", y / rho}, {"cos(phi)", x / rho}, {"tan(phi)", y / x},
             {"sin(theta)^2", rho * rho / (r * r)}, {"rho^2", rho * rho}, {"rho^3", rho * rho * rho},
             {"ptheta^2 + pphi^2/sin(theta)^2", lx * lx + ly * ly + lz * lz},
@@ -126,7 +127,8 @@ TEST(TextbookCoordinates, LeaveSuchFormulasRegularOnTheAxis) {
 // A formula whose singular terms do not cancel has the same values as before, and no value on the axis.
 TEST(TextbookCoordinates, LeaveSingularFormulasAsTheyAre) {
     Formulas formulas;
-    for (const char* text : {"ptheta^2 + 2*pphi^2/sin(theta)^2", "ptheta^2", "pphi^2/sin(theta)^2", "ptheta + pphi", "prho^2"}) {
+    for (const char* text :
+         {"ptheta^2 + 2*pphi^2/sin(theta)^2", "ptheta^2", "pphi^2/sin(theta)^2", "ptheta + pphi", "prho^2"}) {
         const auto [x, y, z, px, py, pz, pt] = off_axis[0];
         const double rho = std::hypot(x, y), sine2 = rho * rho / (rho * rho + z * z), pphi = x * py - y * px,
                      ptheta = (z * (x * px + y * py) - rho * rho * pz) / rho;

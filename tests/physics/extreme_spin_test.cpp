@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <iomanip>
 #include <numbers>
+#include <sstream>
 
 namespace kagero::test {
 namespace {
@@ -182,6 +184,38 @@ TEST_P(MaximalSpin, ProgradeLightNearTheCriticalImpactParameterTurns) {
     }
     for (const double b : {0.0, 1.0, 1.9, 1.99, 1.999, 1.9999})
         EXPECT_EQ(traced(*plan, {prograde_ray(b, start)})[0].status, Status::captured) << b;
+}
+
+std::string exact_text(double number) {
+    std::ostringstream text;
+    text << std::setprecision(17) << number;
+    return text.str();
+}
+
+// Closer to the critical impact parameter, such light circles the hole thousands of times. The warning names a method
+// that follows it with few steps.
+TEST_F(ExtremePicture, WarnsOfRaysThatCircleTheHoleAndNamesAMethodForThem) {
+    write("maximal.toml", scene_with_hole(1));
+    const std::vector<double> impact_parameters{2.00001, 2.0005, 2.0014};
+    std::string rays = "x,y,z,dx,dy,dz\n";
+    for (const double b : impact_parameters) {
+        constexpr double y = 30, r2 = y * y - 1;
+        const RayStart start = prograde_ray(b, y);
+        // dq/dλ = p − f (1 + l·p) l
+        const double r = std::sqrt(r2), f = 2 / r, l[2] = {y / (r2 + 1), -r * y / (r2 + 1)},
+                     w = 1 + l[0] * start.p[0] + l[1] * start.p[1];
+        rays +=
+            "0,-30,0," + exact_text(start.p[0] - f * w * l[0]) + ',' + exact_text(start.p[1] - f * w * l[1]) + ",0\n";
+    }
+    write("rays.csv", rays);
+    const Outcome by_default = run("trace maximal.toml --rays rays.csv");
+    EXPECT_NE(by_default.out.find("step_limit"), std::string::npos);
+    const std::string advice = "integrator.method = \"mino-srkn11\"";
+    EXPECT_NE(by_default.err.find(advice), std::string::npos) << by_default.err;
+    const Outcome with_method = run("trace maximal.toml --rays rays.csv -D integrator.method=mino-srkn11");
+    const auto rows = lines_of(with_method.out);
+    for (std::size_t i = 0; i < impact_parameters.size(); ++i)
+        EXPECT_NE(rows.at(i + 1).find(",escaped,"), std::string::npos) << rows[i + 1];
 }
 INSTANTIATE_TEST_SUITE_P(Strategies, MaximalSpin, testing::Values("scalar", "packet"));
 

@@ -3,8 +3,10 @@ of wrong arguments.
 
 KAGERO_RANDOM_CALLS is the number of calls (default 4000), KAGERO_RANDOM_SEED the seed. With the address sanitizer:
 
-    LD_PRELOAD="$(gcc -print-file-name=libasan.so)" ASAN_OPTIONS=detect_leaks=0 KAGERO_BUILD=build/asan \
-        /usr/bin/python3 tests/python/random_arguments_test.py
+    LD_PRELOAD="$(gcc -print-file-name=libasan.so) $(gcc -print-file-name=libstdc++.so)" \
+        ASAN_OPTIONS=detect_leaks=0 KAGERO_BUILD=build/asan /usr/bin/python3 tests/python/random_arguments_test.py
+
+Python itself does not load libstdc++, whose functions the sanitizer replaces; it must therefore be loaded first.
 """
 import os
 import random

@@ -27,9 +27,9 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-/// Makes the C library return the memory of pictures and plans to the system. By default, each thread gets a heap of its
-/// own, and large blocks are taken from these heaps, whose memory is then scattered over many pictures. The viewer, which
-/// runs for hours, would grow to three times the memory that it needs.
+/// Makes the C library return the memory of pictures and plans to the system. By default, each thread gets a heap of
+/// its own, and large blocks are taken from these heaps, whose memory is then scattered over many pictures. The viewer,
+/// which runs for hours, would grow to three times the memory that it needs.
 void return_free_memory() {
     constexpr int large = 1 << 19;  // bytes
     mallopt(M_ARENA_MAX, 2);

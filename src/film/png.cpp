@@ -1,5 +1,6 @@
 #include "film/png.h"
 
+#include "error.h"
 #include "film/codec.h"
 
 #include <algorithm>

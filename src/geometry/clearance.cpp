@@ -103,12 +103,11 @@ bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
 /// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. The search in Embree's scene
 /// ignores spheres, so all of them are tested; scenes have few. The distance is a lower bound on the distance in
 /// stretched space, because all factors of `stretch` are at least 1.
-double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit,
-                           const std::optional<Face>& ignored = {}) {
+double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     if (!geometry.has_spheres) return limit;
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
-        if (surface.kind != Surface::Kind::sphere || (ignored && ignored->contains(i, 0))) continue;
+        if (surface.kind != Surface::Kind::sphere) continue;
         const Double3 from_center{q[0] - surface.center[0], q[1] - surface.center[1], q[2] - surface.center[2]};
         limit = std::min(limit, std::abs(length(from_center) - surface.radius));
     }
@@ -124,47 +123,95 @@ double stretched_distance(const Geometry& geometry, RTCScene scene, const Double
     return search.nearest;
 }
 
-/// State of the search for the triangle with the least bound on its distance to a slice.
-struct GapSearch {
-    const Geometry* geometry;
-    const BundleSlice* slice;
-    std::optional<Face> ignored;
-    double gap;  ///< Least bound found so far.
-};
-
-/// Returns a lower bound on the distances between the points of a slice and a plane. `plane` contains n and d of the
-/// plane n·x = d.
-double gap_to_plane(const BundleSlice& slice, const double* plane) {
-    constexpr double margin = 0.25;
-    double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    for (const Double3& q : slice.points) {
-        const double height = plane[0] * q[0] + plane[1] * q[1] + plane[2] * q[2] - plane[3];
-        least = std::min(least, height);
-        greatest = std::max(greatest, height);
-    }
-    return std::max(least, -greatest) - margin * (greatest - least);
+/// Returns the distance from q to the line segment from a to b.
+double distance_to_segment(const Double3& q, const Double3& a, const Double3& b) {
+    const Double3 along = subtract(b, a), from_a = subtract(q, a);
+    const double square = dot(along, along);
+    const double t = square > 0 ? std::clamp(dot(from_a, along) / square, 0.0, 1.0) : 0;
+    return length(subtract(from_a, scaled(along, t)));
 }
 
-/// Callback of a point query: updates the search with one triangle. Returns true if the search radius has decreased.
-bool update_gap(RTCPointQueryFunctionArguments* arguments) {
-    auto& search = *static_cast<GapSearch*>(arguments->userPtr);
-    const Surface& surface = search.geometry->surfaces[arguments->geomID];
+/// State of the test of a part of a bundle against triangles.
+struct PartTest {
+    static constexpr int max_triangles = 64;  ///< If more triangles are near the part, it is divided.
+
+    const Geometry* geometry;
+    const BundlePart* part;
+    std::optional<Face> ignored;
+    double tube_radius;
+    double ball_radius;  ///< The ball of this radius around the middle of the part contains the part.
+    int triangles = 0;
+    bool is_clear = true;
+
+    const Double3& middle() const { return part->slices[1][0]; }
+    /// Returns a lower bound on the distance of the middle ray from q.
+    double distance_of_ray(const Double3& q) const {
+        const auto& [begin, mid, end] = part->slices;
+        return std::min(distance_to_segment(q, begin[0], mid[0]), distance_to_segment(q, mid[0], end[0]));
+    }
+    /// Returns true if the part lies on one side of a plane. `plane` contains n and d of the plane n·x = d.
+    bool is_beside_plane(const double* plane) const {
+        constexpr double margin = 0.25;
+        const Double3 normal{plane[0], plane[1], plane[2]};
+        double least = std::numeric_limits<double>::infinity(), greatest = -least, range = 0;
+        for (const BundleSlice& slice : part->slices) {
+            double lower = std::numeric_limits<double>::infinity(), upper = -lower;
+            for (const Double3& q : slice) {
+                const double height = dot(normal, q) - plane[3];
+                lower = std::min(lower, height);
+                upper = std::max(upper, height);
+            }
+            least = std::min(least, lower);
+            greatest = std::max(greatest, upper);
+            range = std::max(range, upper - lower);
+        }
+        return std::max(least, -greatest) > margin * range + part->bend * length(normal);
+    }
+    /// Returns true if a triangle with these corners is outside the part.
+    bool is_outside(const Double3& a, const Double3& b, const Double3& c) const {
+        const Double3 center = scaled(add(a, add(b, c)), 1.0 / 3);
+        const double radius =
+            std::max({length(subtract(a, center)), length(subtract(b, center)), length(subtract(c, center))});
+        return distance_of_ray(center) > radius + tube_radius ||
+               length(subtract(middle(), closest_point(middle(), a, b, c))) > ball_radius;
+    }
+};
+
+/// Callback of a point query: tests one triangle. Returns true, with a search radius of 0, if the part is not clear.
+bool test_triangle(RTCPointQueryFunctionArguments* arguments) {
+    auto& test = *static_cast<PartTest*>(arguments->userPtr);
+    const Surface& surface = test.geometry->surfaces[arguments->geomID];
     if (surface.kind != Surface::Kind::triangles ||
-        (search.ignored && search.ignored->contains(arguments->geomID, arguments->primID)) ||
-        gap_to_plane(*search.slice, surface.planes + 4 * std::size_t{arguments->primID}) >= search.gap)
+        (test.ignored && test.ignored->contains(arguments->geomID, arguments->primID)))
         return false;
     const std::uint32_t* index = surface.triangles + 3 * std::size_t{arguments->primID};
     const auto corner = [&](int k) {
         const double* v = surface.vertices + 3 * std::size_t{index[k]};
         return Double3{v[0], v[1], v[2]};
     };
-    const Double3& middle = search.slice->points[0];
-    const double distance = length(subtract(middle, closest_point(middle, corner(0), corner(1), corner(2))));
-    const double bound = std::max(distance - search.slice->radius,
-                                  gap_to_plane(*search.slice, surface.planes + 4 * std::size_t{arguments->primID}));
-    if (bound >= search.gap) return false;
-    search.gap = bound;
-    arguments->query->radius = search_radius(*search.geometry, search.slice->radius + std::max(bound, 0.0));
+    if (++test.triangles <= PartTest::max_triangles &&
+        (test.is_beside_plane(surface.planes + 4 * std::size_t{arguments->primID}) ||
+         test.is_outside(corner(0), corner(1), corner(2))))
+        return false;
+    test.is_clear = false;
+    arguments->query->radius = 0;
+    return true;
+}
+
+/// Returns true if no sphere intersects the part.
+bool is_clear_of_spheres(const PartTest& test) {
+    const Geometry& geometry = *test.geometry;
+    for (std::uint32_t i = 0; geometry.has_spheres && i < geometry.surface_count; ++i) {
+        const Surface& surface = geometry.surfaces[i];
+        if (surface.kind != Surface::Kind::sphere || (test.ignored && test.ignored->contains(i, 0))) continue;
+        const Double3 center{surface.center[0], surface.center[1], surface.center[2]};
+        double farthest = 0;
+        for (const BundleSlice& slice : test.part->slices)
+            farthest = std::max(farthest, length(subtract(slice[0], center)));
+        const bool is_outside = test.distance_of_ray(center) > surface.radius + test.tube_radius,
+                   is_inside = farthest + test.tube_radius < surface.radius;
+        if (!is_outside && !is_inside) return false;
+    }
     return true;
 }
 
@@ -259,14 +306,14 @@ double distance_to_surfaces(const Geometry& geometry, const Double3& q, double l
     return stretched_distance(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, q, limit);
 }
 
-double gap_to_surfaces(const Geometry& geometry, const BundleSlice& slice, double limit,
-                       const std::optional<Face>& ignored) {
-    const Double3& middle = slice.points[0];
-    GapSearch search{&geometry, &slice, ignored,
-                     distance_to_spheres(geometry, middle, slice.radius + limit, ignored) - slice.radius};
-    query_around(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, middle, slice.radius + search.gap,
-                 update_gap, &search);
-    return search.gap;
+bool is_clear(const Geometry& geometry, const BundlePart& part, const std::optional<Face>& ignored) {
+    const auto& [begin, middle, end] = part.slices;
+    const double half = std::max(length(subtract(begin[0], middle[0])), length(subtract(end[0], middle[0])));
+    PartTest test{&geometry, &part, ignored, part.radius + part.bend, half + part.radius + part.bend};
+    if (!is_clear_of_spheres(test)) return false;
+    query_around(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, middle[0], test.ball_radius,
+                 test_triangle, &test);
+    return test.is_clear;
 }
 
 Double3 clearance_stretch(const Bounds& bounds) {

@@ -51,14 +51,14 @@ void PercentileHistogram::add(const PercentileHistogram& other) {
     max_ = std::max(max_, other.max_);
 }
 
-void ValueCounter::add(double value) {
+void ValueCounter::add(double value, std::uint32_t count) {
     const auto index = static_cast<std::uint32_t>(bin_of(value));
     std::uint32_t& place = places_[index % places_.size()];
     if (place == 0 || counts_.bins[place - 1].index != index) {
         counts_.bins.push_back({index, 0});
         place = static_cast<std::uint32_t>(counts_.bins.size());
     }
-    ++counts_.bins[place - 1].count;
+    counts_.bins[place - 1].count += count;
     counts_.max = std::max(counts_.max, value);
 }
 

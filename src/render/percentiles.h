@@ -28,8 +28,8 @@ struct ValueCounts {
 /// Counts the values of one tile after another, in constant time per value.
 class ValueCounter {
 public:
-    /// Counts a value, which must not be negative or NaN.
-    void add(double value);
+    /// Counts a value `count` times. It must not be negative or NaN.
+    void add(double value, std::uint32_t count = 1);
     /// Returns the counts of all values since the last call.
     ValueCounts take();
 

@@ -1,6 +1,7 @@
 // Tests adaptively sampled pictures against pictures in which the rays of all pixels are traced.
 #include "adaptive/displacement.h"
 #include "adaptive/sample_tile.h"
+#include "adaptive/write_ends.h"
 #include "plan/sampling.h"
 #include "rays/end_distance.h"
 #include "render/render.h"
@@ -51,6 +52,7 @@ Ends adaptive_ends(const Plan& plan) {
                             std::min(y + adaptive_tile_edge, window.y1)};
             TracedRays rays;
             sample_tile(plan, plan.job(), tile, bound, rays, samples, counters, {});
+            write_ends(tile, rays);
             result.rays += samples.nodes.ends().size();
             std::size_t i = 0;
             for (std::uint32_t row = tile.y0; row < tile.y1; ++row)

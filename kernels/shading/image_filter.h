@@ -71,8 +71,10 @@ struct Adjacent {
 
 private:
     static V inside(const V& index, const V& size, bool repeats) {
+        const V zero(0.0f), last = size - V(1.0f);
+        if (!any(!((index >= zero) & (index <= last)))) return index;
         const V wrapped = repeats ? fnma(floor_of(index / size), size, index) : index;
-        return min(max(wrapped, V(0.0f)), size - V(1.0f));
+        return min(max(wrapped, zero), last);
     }
 };
 
@@ -88,11 +90,13 @@ KAGERO_INLINE void add_texels(const Texel* texels, std::int32_t row, const float
     const float right = weight * columns.weight[lane], left = weight - right, down = rows.weight[lane],
                 lower_right = right * down, lower_left = left * down;
     const float weights[4] = {left - lower_left, right - lower_right, lower_left, lower_right};
+    float local[3] = {sum[0], sum[1], sum[2]};  // remains in registers, because nothing else refers to it
     for (int k = 0; k < 4; ++k)
         for (int c = 0; c < 3; ++c) {
-            if constexpr (std::is_same_v<Texel, float>) sum[c] = fma(weights[k], corners[k][c], sum[c]);
-            else sum[c] = fma(weights[k], linear[corners[k][c]], sum[c]);
+            if constexpr (std::is_same_v<Texel, float>) local[c] = fma(weights[k], corners[k][c], local[c]);
+            else local[c] = fma(weights[k], linear[corners[k][c]], local[c]);
         }
+    for (int c = 0; c < 3; ++c) sum[c] = local[c];
 }
 
 /// The levels that the lanes read: a finer one, and the next one with its weight.

@@ -78,8 +78,8 @@ Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coa
                          const SkyAxes& axes, const SkyFilter& filter);
 
 /// Sets `colors` to those of sky_texture_color at the first points of a list for which the kernel module has computed
-/// texture coordinates and filters.
-void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const SkyAxes& axes,
+/// texture coordinates and filters. The module also computes the texture coordinates along bent stripes.
+void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const Module& module,
                         const SkyPoints& points, std::span<Float3> colors);
 
 /// Returns the image's mean colour over a patch around a point on a sphere, computed as in sky_texture_color.

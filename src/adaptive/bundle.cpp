@@ -45,24 +45,39 @@ double distance_in_clear_box(const ClearanceGrid& grid, const Double3& q) {
 struct Slice {
     double fraction;
     BundleSlice points;
-    double radius;  ///< A ball of this radius around the middle ray contains the bundle.
 };
 
 Slice slice_at(const Bundle& bundle, double fraction) {
-    constexpr double margin = 1.25;    // radius of the ball, divided by the distance to the farthest outer ray
-    constexpr double bend_margin = 2;  // addition to the radius, divided by the bend of the bundle
-    Slice slice{fraction, {position_on(bundle.middle, fraction)}, 0};
-    double widest = 0, bend = 0;  // distances of an outer ray, and of the mean of two opposite ones, to the middle
-    for (std::size_t k = 0; k < 8; ++k) {
-        slice.points[1 + k] = position_on(bundle.outer[k], fraction);
-        widest = std::max(widest, length(subtract(slice.points[1 + k], slice.points[0])));
+    Slice slice{fraction, {position_on(bundle.middle, fraction)}};
+    for (std::size_t k = 0; k < 8; ++k) slice.points[1 + k] = position_on(bundle.outer[k], fraction);
+    return slice;
+}
+
+/// The greatest lengths of vectors, and of their components across a direction and along it.
+struct Extent {
+    double radius = 0, across = 0, along = 0;
+
+    void add(const Double3& offset, const Double3& direction, double factor) {
+        const double projection = dot(offset, direction);
+        radius = std::max(radius, factor * length(offset));
+        across = std::max(across, factor * length(subtract(offset, scaled(direction, projection))));
+        along = std::max(along, factor * std::abs(projection));
     }
+};
+
+/// Returns the extent of the rays of a slice around the middle ray, which moves in the given direction. If rays end on
+/// a surface at a grazing angle, their lengths differ, and the slice is long along the rays. The rays between those of
+/// the slice then still lie in a narrow tube.
+Extent extent_of(const Slice& slice, const Double3& direction) {
+    constexpr double margin = 1.25;    // extent, divided by that of the farthest outer ray
+    constexpr double bend_margin = 2;  // addition to the extent, divided by the bend of the bundle
+    Extent outer, bend;
+    for (std::size_t k = 1; k < 9; ++k) outer.add(subtract(slice.points[k], slice.points[0]), direction, margin);
     for (std::size_t k = 0; k < 4; ++k) {
         const Double3 mean = scaled(add(slice.points[1 + k], slice.points[8 - k]), 0.5);
-        bend = std::max(bend, length(subtract(mean, slice.points[0])));
+        bend.add(subtract(mean, slice.points[0]), direction, bend_margin);
     }
-    slice.radius = margin * widest + bend_margin * bend;
-    return slice;
+    return {outer.radius + bend.radius, outer.across + bend.across, outer.along + bend.along};
 }
 
 /// Returns the distance of point b of a curve from the middle of the chord from a to c.
@@ -79,18 +94,30 @@ public:
     /// Returns true if the part between two slices is clear of surfaces. Otherwise, divides the part.
     bool is_clear(const Slice& begin, const Slice& end) {
         constexpr int max_parts = 256;
-        constexpr double least_length = 0.5;  // of a part, divided by its radius
+        constexpr double least_length = 0.125;  // of a part, divided by its radius
         if (++parts_ > max_parts) return false;
         const Slice middle = slice_at(bundle_, 0.5 * (begin.fraction + end.fraction));
-        const BundlePart part{{begin.points, middle.points, end.points},
-                              std::max({begin.radius, middle.radius, end.radius}), bend(begin, middle, end)};
+        const BundlePart part = part_of(begin, middle, end);
         if (is_in_clear_box(part) || kagero::is_clear(geometry_, part, end_face_)) return true;
         const double part_length = (end.fraction - begin.fraction) * bundle_.middle.back().length;
-        if (!(part_length > least_length * part.radius)) return false;
+        if (!(part_length > least_length * part.across)) return false;
         return is_clear(begin, middle) && is_clear(middle, end);
     }
 
 private:
+    BundlePart part_of(const Slice& begin, const Slice& middle, const Slice& end) const {
+        const Double3 chord = subtract(end.points[0], begin.points[0]);
+        const double chord_length = length(chord);
+        const Double3 direction = chord_length > 0 ? scaled(chord, 1 / chord_length) : Double3{};
+        BundlePart part{{begin.points, middle.points, end.points}, 0, 0, 0, bend(begin, middle, end)};
+        for (const Slice* slice : {&begin, &middle, &end}) {
+            const Extent extent = extent_of(*slice, direction);
+            part.radius = std::max(part.radius, extent.radius);
+            part.across = std::max(part.across, extent.across);
+            part.along = std::max(part.along, extent.along);
+        }
+        return part;
+    }
     /// Returns a bound on the distance of the rays from the chords between adjacent slices: half of the greatest
     /// sagitta. For an arc that curves evenly, this distance is a quarter of the sagitta.
     double bend(const Slice& begin, const Slice& middle, const Slice& end) const {

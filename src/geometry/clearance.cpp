@@ -135,20 +135,42 @@ double distance_to_segment(const Double3& q, const Double3& a, const Double3& b)
 struct PartTest {
     static constexpr int max_triangles = 64;  ///< If more triangles are near the part, it is divided.
 
+    /// A tube around the middle ray.
+    struct Tube {
+        Double3 begin, middle, end;
+        double radius;
+
+        /// Returns the distance of a point from the axis.
+        double distance(const Double3& q) const {
+            return std::min(distance_to_segment(q, begin, middle), distance_to_segment(q, middle, end));
+        }
+        /// Returns the radius of a ball around the middle that contains the tube.
+        double ball_radius() const {
+            return std::max(length(subtract(begin, middle)), length(subtract(end, middle))) + radius;
+        }
+    };
+
     const Geometry* geometry;
     const BundlePart* part;
     std::optional<Face> ignored;
-    double tube_radius;
-    double ball_radius;  ///< The ball of this radius around the middle of the part contains the part.
+    std::array<Tube, 2> tubes;  ///< Both contain the part.
+    double ball_radius;         ///< A ball of this radius around the middle contains the part.
     int triangles = 0;
     bool is_clear = true;
 
-    const Double3& middle() const { return part->slices[1][0]; }
-    /// Returns a lower bound on the distance of the middle ray from q.
-    double distance_of_ray(const Double3& q) const {
-        const auto& [begin, mid, end] = part->slices;
-        return std::min(distance_to_segment(q, begin[0], mid[0]), distance_to_segment(q, mid[0], end[0]));
+    PartTest(const Geometry& scene, const BundlePart& tested, const std::optional<Face>& face)
+        : geometry(&scene), part(&tested), ignored(face) {
+        const auto& [begin, middle, end] = tested.slices;
+        const auto extended = [&](const Double3& q) {
+            const Double3 offset = subtract(q, tested.slices[1][0]);
+            const double distance = length(offset);
+            return distance > 0 ? add(q, scaled(offset, tested.along / distance)) : q;
+        };
+        tubes = {Tube{begin[0], middle[0], end[0], tested.radius + tested.bend},
+                 Tube{extended(begin[0]), middle[0], extended(end[0]), tested.across + tested.bend}};
+        ball_radius = std::min(tubes[0].ball_radius(), tubes[1].ball_radius());
     }
+    const Double3& middle() const { return part->slices[1][0]; }
     /// Returns true if the part lies on one side of a plane. `plane` contains n and d of the plane n·x = d.
     bool is_beside_plane(const double* plane) const {
         constexpr double margin = 0.25;
@@ -172,8 +194,17 @@ struct PartTest {
         const Double3 center = scaled(add(a, add(b, c)), 1.0 / 3);
         const double radius =
             std::max({length(subtract(a, center)), length(subtract(b, center)), length(subtract(c, center))});
-        return distance_of_ray(center) > radius + tube_radius ||
+        return std::any_of(tubes.begin(), tubes.end(),
+                           [&](const Tube& tube) { return tube.distance(center) > radius + tube.radius; }) ||
                length(subtract(middle(), closest_point(middle(), a, b, c))) > ball_radius;
+    }
+    /// Returns true if a sphere is outside a tube, or contains it.
+    bool misses_sphere(const Double3& center, double radius) const {
+        return std::any_of(tubes.begin(), tubes.end(), [&](const Tube& tube) {
+            const double farthest = std::max({length(subtract(tube.begin, center)), length(subtract(tube.middle, center)),
+                                              length(subtract(tube.end, center))});
+            return tube.distance(center) > radius + tube.radius || farthest + tube.radius < radius;
+        });
     }
 };
 
@@ -204,13 +235,7 @@ bool is_clear_of_spheres(const PartTest& test) {
     for (std::uint32_t i = 0; geometry.has_spheres && i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
         if (surface.kind != Surface::Kind::sphere || (test.ignored && test.ignored->contains(i, 0))) continue;
-        const Double3 center{surface.center[0], surface.center[1], surface.center[2]};
-        double farthest = 0;
-        for (const BundleSlice& slice : test.part->slices)
-            farthest = std::max(farthest, length(subtract(slice[0], center)));
-        const bool is_outside = test.distance_of_ray(center) > surface.radius + test.tube_radius,
-                   is_inside = farthest + test.tube_radius < surface.radius;
-        if (!is_outside && !is_inside) return false;
+        if (!test.misses_sphere({surface.center[0], surface.center[1], surface.center[2]}, surface.radius)) return false;
     }
     return true;
 }
@@ -307,11 +332,9 @@ double distance_to_surfaces(const Geometry& geometry, const Double3& q, double l
 }
 
 bool is_clear(const Geometry& geometry, const BundlePart& part, const std::optional<Face>& ignored) {
-    const auto& [begin, middle, end] = part.slices;
-    const double half = std::max(length(subtract(begin[0], middle[0])), length(subtract(end[0], middle[0])));
-    PartTest test{&geometry, &part, ignored, part.radius + part.bend, half + part.radius + part.bend};
+    PartTest test(geometry, part, ignored);
     if (!is_clear_of_spheres(test)) return false;
-    query_around(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, middle[0], test.ball_radius,
+    query_around(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, test.middle(), test.ball_radius,
                  test_triangle, &test);
     return test.is_clear;
 }

@@ -101,6 +101,7 @@ struct StraightPart {
             for (std::size_t k = 0; k < 9; ++k) part.slices[i][k] = at(places[k][0], places[k][1], 0.5 * double(i));
             for (const Double3& q : part.slices[i])
                 part.radius = std::max(part.radius, length(subtract(q, part.slices[i][0])));
+            part.across = part.along = part.radius;
         }
         return part;
     }
@@ -134,10 +135,10 @@ TEST(IsClear, LeavesOutTheIgnoredFace) {
     BundlePart part{};
     for (BundleSlice& slice : part.slices)  // points on both sides of the square
         for (std::size_t i = 0; i < 9; ++i) slice[i] = {0.45, 0.45, 0.55 + 0.005 * double(i % 3) - 0.005};
-    part.radius = 0.01;
+    part.radius = part.across = part.along = 0.01;
     EXPECT_FALSE(is_clear(geometry, part, {}));
     EXPECT_TRUE(is_clear(geometry, part, plan->scene->geometry->face_of(0, 1)));
-    part.radius = 0.3;  // the ball is closer
+    part.radius = part.across = 0.3;  // the ball is closer
     EXPECT_FALSE(is_clear(geometry, part, plan->scene->geometry->face_of(0, 1)));
 }
 

@@ -1,5 +1,7 @@
 #include "adaptive/bundle.h"
 
+#include "geometry/bundle_part.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +18,8 @@ Double3 position_on(std::span<const PathVertex> path, double fraction) {
     const double h = b.length - a.length;
     if (!(h > 0)) return b.position;
     const double t = std::clamp((at - a.length) / h, 0.0, 1.0), s = 1 - t;
-    const double of_a = s * s * (1 + 2 * t), of_b = t * t * (1 + 2 * s), along_a = s * s * t * h, along_b = t * t * s * h;
+    const double of_a = s * s * (1 + 2 * t), of_b = t * t * (1 + 2 * s);
+    const double along_a = s * s * t * h, along_b = t * t * s * h;
     Double3 q;
     for (std::size_t k = 0; k < 3; ++k)
         q[k] = of_a * a.position[k] + along_a * a.direction[k] + of_b * b.position[k] - along_b * b.direction[k];

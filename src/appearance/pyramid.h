@@ -4,6 +4,7 @@
 #include "appearance/texture.h"
 #include "film/image.h"
 #include "kernels/abi.h"
+#include "kernels/shading_cell.h"
 
 #include <span>
 
@@ -47,6 +48,19 @@ private:
 
 /// Returns the copies of a whole image, computed by ImageReduction.
 std::vector<Image> coarser_images(const StoredImage& image, Mapping mapping = Mapping::sphere);
+
+/// Lists an image and its coarser copies, which must outlive it.
+class ImageLevelTable {
+public:
+    ImageLevelTable(const StoredImage& image, const std::vector<Image>& coarser);
+    /// Returns the levels. The result is valid as long as this object.
+    ImageLevels levels(Edges edges) const;
+
+private:
+    ImageLevels::Components components_{};
+    const float* linear_ = nullptr;
+    std::vector<ImageLevel> levels_;
+};
 
 /// The copies of an image and the number of points in which it is probed, for its mean over a stripe.
 struct Probes {

@@ -1,7 +1,6 @@
 /// Colours of surfaces and skies at a point.
 #pragma once
 
-#include "appearance/image_levels.h"
 #include "appearance/pyramid.h"
 #include "geometry/geometry.h"
 

@@ -70,16 +70,24 @@ Plan straight_room(const std::string& isa) {
 void render_kagero(const Plan& plan, Film& film) {
     render(plan, film);
 }
-/// Renders with bare_embree instead of the kernels of kagero.
-void render_bare(const Plan& plan, Film& film) {
-    const Tile all = plan.view.window;
+/// Traces all tiles with bare_embree instead of the kernels of kagero, and calls finish(tile, rays) for each.
+template <class Finish>
+void trace_bare(const Plan& plan, const Finish& finish) {
     const Job job = plan.job();
     TracedRays rays;
-    for (const Tile& tile : split_into_tiles(plan, all, Schedule::tiles).tiles) {
+    for (const Tile& tile : split_into_tiles(plan, plan.view.window, Schedule::tiles).tiles) {
         rays.ends.resize(ray_count_of(tile, {}));
         bench::bare_embree(*job.camera, *job.geometry, job.escape_radius, tile, rays.ends.data());
-        shade_tile(plan, tile, all, rays, {}, film);
+        finish(tile, rays);
     }
+}
+void render_bare(const Plan& plan, Film& film) {
+    trace_bare(plan,
+               [&](const Tile& tile, TracedRays& rays) { shade_tile(plan, tile, plan.view.window, rays, {}, film); });
+}
+/// Traces the rays of the picture, but computes no colours.
+void trace_without_shading(const Plan& plan, Film&) {
+    trace_bare(plan, [](const Tile&, TracedRays& rays) { benchmark::DoNotOptimize(rays.ends.data()); });
 }
 
 /// Ends the program with status 1 if the pictures of kagero and bare_embree differ in more than one pixel in a
@@ -119,6 +127,7 @@ void add_straight(const std::string& isa) {
     };
     add("kagero", render_kagero);
     add("bare_embree", render_bare);
+    add("bare_embree_without_shading", trace_without_shading);
 }
 
 /// Registers a benchmark of the room. `cull` is false for queries without culling.

@@ -60,7 +60,7 @@ void shade(benchmark::State& state, const std::string& scene, Status status) {
     Picture picture(scene, status, options);
     if (picture.pixels == 0) return state.SkipWithError("no tile of the picture has only rays with this end");
     for (auto _ : state)
-        for (const TracedTile& traced : picture.tiles)
+        for (TracedTile& traced : picture.tiles)
             shade_tile(picture.plan, traced.tile, picture.plan.view.window, traced.rays, {}, picture.film);
     using benchmark::Counter;
     state.counters["per_pixel"] =

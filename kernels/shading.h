@@ -5,6 +5,9 @@
 #include <cstdint>
 
 namespace kagero {
+
+struct ShadedCell;
+
 /// Numbers of elements are multiples of this number, so that arrays consist of whole vectors.
 inline constexpr std::uint32_t shading_lanes = 16;
 
@@ -50,6 +53,7 @@ struct ShadingFunctions {
     void (*sky_footprints)(const SkyBlocks*);
     void (*sky_points)(const SkyPoints*);
     void (*planck_sums)(const PlanckSums*);
+    void (*shade_cell)(const ShadedCell*);
 };
 
 }  // namespace kagero

@@ -1,5 +1,6 @@
 #include "kernels/shading/shading.h"
 
+#include "kernels/shading/cell.h"
 #include "kernels/shading/planck.h"
 #include "kernels/shading/sky_points.h"
 
@@ -7,6 +8,7 @@ namespace kagero {
 namespace {
 
 using ShadingLanes = Lanes<double, 2>;
+using ColorLanes = Lanes<float, 1>;
 static_assert(shading_lanes % lane_count<ShadingLanes> == 0);
 
 }  // namespace
@@ -24,6 +26,10 @@ void sky_points(const SkyPoints* points) {
 void planck_sums(const PlanckSums* planck) {
     for (std::uint32_t i = 0; i < planck->count; i += lane_count<ShadingLanes>)
         shading::compute_planck_sums<ShadingLanes>(*planck, i);
+}
+
+void shade_cell(const ShadedCell* cell) {
+    shading::CellColors<ColorLanes>(*cell).write();
 }
 
 }  // namespace kagero

@@ -101,7 +101,7 @@ std::vector<EndError> EndErrors::estimate(const Tile& tile, const TracedRays& ra
     for (std::size_t i = 0; i < count; ++i)
         errors.push_back({end_rounding_error(ends[i]), end_rounding_error(ends[i])});
     if (second_run_) {
-        TracedRays second{rays.list, {}, {}, {}};
+        TracedRays second{rays.list, {}, {}, {}, {}};
         PathCounters unused;
         const Job job = second_run_->medium(plan_.view.medium).job();
         trace_paths(*second_run_, job, tile, branch_choice_of(plan_), second, unused, cancel);

@@ -20,9 +20,8 @@ struct Bundle {
 ///
 /// Points of the paths that lie at the same fraction of their lengths are compared. Around the middle ray, the bundle
 /// is contained in balls whose radius is the distance to the outer rays, with a margin. Where the bundle bends or
-/// folds, the mean of opposite rays differs from the middle ray, and the margin is greater. The test moves along the
-/// ray by the distance from the ball to the nearest surface, as in sphere tracing (J. C. Hart, The Visual Computer 12,
-/// 1996).
+/// folds, the mean of opposite rays differs from the middle ray, and the margin is greater. The bundle is divided along
+/// its length until every part is clear of all surfaces (is_clear), or not much longer than wide.
 bool keeps_clear(const Bundle& bundle, const Geometry& geometry, const std::optional<Face>& end_face);
 
 }  // namespace kagero

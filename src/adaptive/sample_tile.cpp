@@ -68,7 +68,8 @@ private:
         rays_.paths.clear();
         rays_.ends.resize(pixels);
         rays_.traced.assign(pixels, false);
-        samples_.errors.clear();
+        rays_.cells.clear();
+        samples_.interpolated.clear();
     }
 
     /// Returns true if the cell contains pixels of the tile, which can be smaller than adaptive_tile_edge.
@@ -177,34 +178,36 @@ private:
         return keeps_clear({path(4), {path(0), path(1), path(2), path(3), path(5), path(6), path(7), path(8)}},
                            *geometry_, middle.status == Status::hit ? std::optional(face_of(middle)) : std::nullopt);
     }
-    /// Interpolates the ends in a cell whose nodes end alike. Returns false if this is not accurate enough.
+    /// Adds a cell whose nodes end alike to those whose ends are interpolated. Returns false if this is not accurate
+    /// enough. Only the cell's own rays are used, so that the ends do not depend on other cells.
     bool interpolate(const PixelCell& cell) {
         EndLattice lattice;
         for (std::uint32_t i = 0; i < 9; ++i) lattice[i] = &nodes_.end(node(cell, i));
         EndInterpolant interpolant(lattice);
         const double error = test_error(cell, interpolant);
         if (!(error <= bound_)) return false;
-        for (std::uint32_t y = std::max(cell.y + y0_, tile_.y0); y < std::min(cell.y + cell.edge + y0_, tile_.y1); ++y)
-            interpolate_row(cell, y - y0_ - cell.y, interpolant, error);
+        RayCell& added = rays_.cells.emplace_back();
+        added.x = cell.x + x0_;
+        added.y = cell.y + y0_;
+        added.edge = cell.edge;
+        added.error = error;
+        for (std::uint32_t i = 0; i < 9; ++i) added.nodes[i] = *lattice[i];
+        for (std::uint32_t i = 0; i < 4; ++i) added.tests[i] = nodes_.end(test(cell, i));
+        samples_.interpolated.push_back({interpolated_pixels(added), error});
         return true;
     }
-    /// Sets the ends of row `v` of a cell. Only the cell's own rays are used where they pass through pixels, so that
-    /// the ends do not depend on other cells.
-    void interpolate_row(const PixelCell& cell, std::uint32_t v, EndInterpolant& interpolant, double error) {
-        const double scale = 2.0 / cell.edge;
-        const std::uint32_t half = cell.edge / 2, quarter = cell.edge / 4, y = cell.y + v;
-        const std::uint32_t first = std::max(cell.x + x0_, tile_.x0),
-                            last = std::min(cell.x + cell.edge + x0_, tile_.x1);
-        interpolant.set_row(scale * v);
-        for (std::uint32_t x = first - x0_, u = x - cell.x; x < last - x0_; ++x, ++u) {
-            const bool is_node = u % half == 0 && v % half == 0, is_test = u % half == quarter && v % half == quarter;
-            if (is_node || is_test) {
-                set_traced(x, y);
-                continue;
-            }
-            interpolant.write(scale * u, rays_.ends[pixel_index(x, y)]);
-            samples_.errors.push_back(error);
-        }
+    /// Returns the number of the tile's pixels in a cell whose rays were not traced.
+    std::uint32_t interpolated_pixels(const RayCell& cell) const {
+        const std::uint32_t x0 = std::max(cell.x, tile_.x0), x1 = std::min(cell.x + cell.edge, tile_.x1),
+                            y0 = std::max(cell.y, tile_.y0), y1 = std::min(cell.y + cell.edge, tile_.y1);
+        std::uint32_t pixels = (x1 - x0) * (y1 - y0);
+        const auto leave_out = [&](const std::array<std::uint32_t, 2>& at) {
+            const std::uint32_t x = cell.x + at[0], y = cell.y + at[1];
+            pixels -= at[0] < cell.edge && at[1] < cell.edge && x >= x0 && x < x1 && y >= y0 && y < y1;
+        };
+        for (std::uint32_t i = 0; i < 9; ++i) leave_out(cell.node_position(i));
+        for (std::uint32_t i = 0; i < 4; ++i) leave_out(cell.test_position(i));
+        return pixels;
     }
 
     std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const {

@@ -13,13 +13,18 @@ inline constexpr std::uint32_t adaptive_tile_edge = 64;
 
 /// Data about a sampled tile in addition to its ray ends.
 struct AdaptiveSamples {
-    RayNodes nodes;              ///< All rays that were traced, including those outside the tile.
-    std::vector<double> errors;  ///< For each interpolated pixel: the estimated error, in pixels.
+    /// Pixels of a cell whose ends are interpolated.
+    struct Interpolated {
+        std::uint32_t pixels;  ///< Number of pixels of the tile.
+        double error;          ///< The estimated error, in pixels.
+    };
+    RayNodes nodes;  ///< All rays that were traced, including those outside the tile.
+    std::vector<Interpolated> interpolated;
 };
 
-/// Traces as many rays of a tile as are necessary to interpolate the ends of the others. Sets `rays.ends` and
-/// `rays.traced` for each pixel, row by row; all rays pass through the centres of pixels, as in the full picture. The
-/// results are meaningless if `cancel` returned true.
+/// Traces as many rays of a tile as are necessary to interpolate the ends of the others. Sets `rays.cells`, and
+/// `rays.ends` and `rays.traced` of all other pixels, row by row; all rays pass through the centres of pixels, as in the
+/// full picture. The results are meaningless if `cancel` returned true.
 ///
 /// The tile is divided into square cells of at most 32 × 32 pixels. A cell has 3 × 3 nodes and four test rays in the
 /// middle of its quarters. Ends in the cell are interpolated on three conditions. All nine nodes end alike, with the

@@ -67,7 +67,7 @@ void read_texture(LoadedPaint& loaded, Mapping mapping) {
 }
 
 LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
-    LoadedPaint loaded{paint, nullptr, nullptr};
+    LoadedPaint loaded{paint, nullptr, nullptr, nullptr};
     if (paint.kind != Paint::Kind::texture || !images.enabled) return loaded;
     auto& image = images.full[paint.texture];
     auto& coarser = images.coarser[{paint.texture, mapping}];
@@ -79,6 +79,7 @@ LoadedPaint load(const Paint& paint, Mapping mapping, Images& images) {
     else if (!coarser) loaded.coarser = std::make_shared<const std::vector<Image>>(coarser_images(*image, mapping));
     image = loaded.image;
     coarser = loaded.coarser;
+    loaded.levels = std::make_shared<const ImageLevelTable>(*image, *coarser);
     return loaded;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <type_traits>
 
 namespace kagero {
 namespace {
@@ -78,21 +79,32 @@ Probes probes_on_sphere(const StoredImage& image, double length, double width) {
     return {length / texel, width / texel};
 }
 
+/// Returns the position of a probe on a stripe, from −½ to ½.
+double place_of_probe(int i, int count) { return (i + 0.5) * (1.0 / count) - 0.5; }
+
+/// Returns the mean of the image over probes. position_of(i) returns u and v of probe i.
+template <class Stored, class Position>
+Float3 mean_over(const Texels<Stored>& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
+                 const Position& position_of) {
+    return visit_levels(image, coarser, probes.level, [&](const auto& levels) {
+        if (probes.count == 1) return levels.color(position_of(0), edges);
+        Float3 color{};
+        for (int i = 0; i < probes.count; ++i) {
+            const Float3 probe = levels.color(position_of(i), edges);
+            for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k];
+        }
+        for (float& channel : color) channel *= static_cast<float>(1.0 / probes.count);
+        return color;
+    });
+}
+
 /// Returns the mean of the image along a stripe. position(t) returns u and v on the stripe's axis for t from −½ to ½.
 template <class Stored, class Position>
 Float3 mean_along(const Texels<Stored>& image, const std::vector<Image>& coarser, const Probes& probes, Edges edges,
                   const Position& position) {
-    return visit_levels(image, coarser, probes.level, [&](const auto& levels) {
-        if (probes.count == 1) return levels.color(position(0), edges);
-        Float3 color{};
-        const double spacing = 1.0 / probes.count;
-        for (int i = 0; i < probes.count; ++i) {
-            const Float3 probe = levels.color(position((i + 0.5) * spacing - 0.5), edges);
-            for (std::size_t k = 0; k < 3; ++k) color[k] += probe[k];
-        }
-        for (float& channel : color) channel *= static_cast<float>(spacing);
-        return color;
-    });
+    if (probes.count == 1) return mean_over(image, coarser, probes, edges, [&](int) { return position(0); });
+    return mean_over(image, coarser, probes, edges,
+                     [&](int i) { return position(place_of_probe(i, probes.count)); });
 }
 /// The same for an image whose type of components is distinguished by this call.
 template <class Position>
@@ -110,6 +122,44 @@ template <class AnyImage>
     return mean_along(image, coarser, probes, repeat_along_u,
                       [&](double t) { return sky_coordinates(unit(add(direction, scaled(along, t))), axes); });
 }
+
+/// The texture coordinates of the probes of stripes that are not straight in u and v. They lie on great circles of the
+/// sky, and the kernel module computes those of all probes of a stripe in one call.
+class BentStripe {
+public:
+    explicit BentStripe(const SkyPoints& points) : stripes_(points), probes_(points) {
+        probes_.count = max_count;
+        probes_.level = nullptr;
+        for (std::size_t k = 0; k < 3; ++k) {
+            probes_.direction[k] = direction_[k].data();
+            probes_.major[k] = probes_.minor[k] = zero_.data();
+        }
+        probes_.u = uv_[0].data();
+        probes_.v = uv_[1].data();
+        probes_.by_major[0] = probes_.by_major[1] = probes_.by_minor[0] = probes_.by_minor[1] = unused_.data();
+        probes_.bend = unused_.data();
+    }
+    /// Returns u and v of the probes of stripe i.
+    const std::array<std::array<double, 16>, 2>& probe_positions(const Module& module, std::size_t i, int count) {
+        for (std::size_t probe = 0; probe < max_count; ++probe) {
+            const double t = place_of_probe(std::min(static_cast<int>(probe), count - 1), count);
+            for (std::size_t k = 0; k < 3; ++k)
+                direction_[k][probe] = stripes_.direction[k][i] + t * stripes_.major[k][i];
+        }
+        module.shading.sky_points(&probes_);
+        return uv_;
+    }
+
+private:
+    static constexpr std::uint32_t max_count = 16;
+    static_assert(max_count == max_probes && max_count % shading_lanes == 0);
+
+    const SkyPoints& stripes_;
+    SkyPoints probes_;
+    std::array<std::array<double, max_count>, 3> direction_;
+    std::array<std::array<double, max_count>, 2> uv_;
+    std::array<double, max_count> zero_{}, unused_;
+};
 
 }  // namespace
 
@@ -192,6 +242,26 @@ std::vector<Image> coarser_images(const StoredImage& image, Mapping mapping) {
     return reduction.take_images();
 }
 
+ImageLevelTable::ImageLevelTable(const StoredImage& image, const std::vector<Image>& coarser) {
+    visit_texels(image, [&](const auto& texels) {
+        using Stored = std::remove_cvref_t<decltype(*texels.stored)>;
+        using enum ImageLevels::Components;
+        components_ = std::is_same_v<Stored, float> ? floats : sizeof(Stored) == 1 ? bytes : words;
+        linear_ = texels.linear;
+        levels_.push_back({texels.stored, texels.width, texels.height});
+    });
+    for (const Image& level : coarser) levels_.push_back({level.rgb.data(), level.width, level.height});
+}
+
+ImageLevels ImageLevelTable::levels(Edges edges) const {
+    return {components_,
+            edges.along_u == BeyondEdge::repeat,
+            edges.along_v == BeyondEdge::repeat,
+            linear_,
+            static_cast<std::uint32_t>(levels_.size()),
+            levels_.data()};
+}
+
 Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coarser, const Double3& direction,
                          const SkyAxes& axes, const SkyFilter& filter) {
     const auto [u, v] = sky_coordinates(direction, axes);
@@ -213,11 +283,9 @@ Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coa
     return mean_along_great_circle(image, coarser, direction, along, axes, filter.probes);
 }
 
-void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const SkyAxes& axes,
+void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const Module& module,
                         const SkyPoints& points, std::span<Float3> colors) {
-    const auto vector = [](const double* const(&components)[3], std::size_t i) {
-        return Double3{components[0][i], components[1][i], components[2][i]};
-    };
+    BentStripe bent(points);
     visit_texels(image, [&](const auto& texels) {
         for (std::size_t i = 0; i < colors.size(); ++i)
             prefetch(texels, coarser, points.level[i], points.u[i], points.v[i]);
@@ -231,8 +299,11 @@ void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coar
                     return std::array{middle[0] + t * side[0], middle[1] + t * side[1]};
                 });
             else
-                colors[i] = mean_along_great_circle(texels, coarser, vector(points.direction, i),
-                                                    vector(points.major, i), axes, probes);
+                colors[i] = mean_over(texels, coarser, probes, repeat_along_u,
+                                      [&, uv = bent.probe_positions(module, i, probes.count)](int probe) {
+                                          const auto k = static_cast<std::size_t>(probe);
+                                          return std::array{uv[0][k], uv[1][k]};
+                                      });
         }
     });
 }

@@ -4,6 +4,7 @@
 #include "appearance/texture.h"
 #include "film/image.h"
 #include "kernels/abi.h"
+#include "kernels/shading_cell.h"
 
 #include <span>
 
@@ -48,6 +49,19 @@ private:
 /// Returns the copies of a whole image, computed by ImageReduction.
 std::vector<Image> coarser_images(const StoredImage& image, Mapping mapping = Mapping::sphere);
 
+/// Lists an image and its coarser copies, which must outlive it.
+class ImageLevelTable {
+public:
+    ImageLevelTable(const StoredImage& image, const std::vector<Image>& coarser);
+    /// Returns the levels. The result is valid as long as this object.
+    ImageLevels levels(Edges edges) const;
+
+private:
+    ImageLevels::Components components_{};
+    const float* linear_ = nullptr;
+    std::vector<ImageLevel> levels_;
+};
+
 /// The copies of an image and the number of points in which it is probed, for its mean over a stripe.
 struct Probes {
     /// Copy whose texels are as large as the stripe is wide, as a real number: 0 is the image, and i is coarser[i − 1].
@@ -78,8 +92,8 @@ Float3 sky_texture_color(const StoredImage& image, const std::vector<Image>& coa
                          const SkyAxes& axes, const SkyFilter& filter);
 
 /// Sets `colors` to those of sky_texture_color at the first points of a list for which the kernel module has computed
-/// texture coordinates and filters.
-void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const SkyAxes& axes,
+/// texture coordinates and filters. The module also computes the texture coordinates along bent stripes.
+void sky_texture_colors(const StoredImage& image, const std::vector<Image>& coarser, const Module& module,
                         const SkyPoints& points, std::span<Float3> colors);
 
 /// Returns the image's mean colour over a patch around a point on a sphere, computed as in sky_texture_color.

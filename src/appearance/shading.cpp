@@ -33,14 +33,6 @@ PaintedPatch painted_patch(const ShadedObject& object, std::uint32_t primitive, 
     return {u, v, to_uv(chart, patch)};
 }
 
-/// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
-/// periodic. The u and v of a mesh may repeat an image. On a rectangle or a face of a box, the texels at the edges are
-/// continued.
-Edges edges_on(Shape shape) {
-    if (shape == Shape::mesh) return repeat_both;
-    return shape == Shape::sphere || shape == Shape::disk ? repeat_along_u : clamp_both;
-}
-
 Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::uint32_t primitive, const Double3& point,
                    const Patch& patch) {
     if (!has_pattern(loaded)) return plain_color(loaded.paint);
@@ -97,6 +89,36 @@ void multiply(Float3& color, double factor) {
 
 }  // namespace
 
+Edges edges_on(Shape shape) {
+    if (shape == Shape::mesh) return repeat_both;
+    return shape == Shape::sphere || shape == Shape::disk ? repeat_along_u : clamp_both;
+}
+
+const LoadedPaint& paint_of(const ShadedObject& object, std::uint32_t primitive) {
+    return object.paints[object.paints.size() == 6 ? primitive / 2 : 0];
+}
+
+ChartPoint surface_coordinates(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    if (object.geometry->shape == Shape::sphere) return sphere_uv(subtract(point, object.geometry->center));
+    if (object.geometry->shape == Shape::disk)
+        return disk_uv(object.normal, object.inner, object.outer, subtract(point, object.geometry->center));
+    if (object.charts.empty()) return {};
+    const TriangleChart& chart = object.charts[primitive];
+    const auto [u, v] = triangle_uv(chart, point);
+    ChartPoint result{u, v, {}, {}};
+    for (std::size_t k = 0; k < 3; ++k) {
+        result.u_gradient[k] = chart.gradient[k][0];
+        result.v_gradient[k] = chart.gradient[k][1];
+    }
+    return result;
+}
+
+double lambert_factor(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
+                      const Double3& ray_direction) {
+    if (object.shading != Shading::lambert) return 1;
+    return std::abs(dot(unit(normal_on(object, primitive, point)), ray_direction));
+}
+
 bool has_pattern(const LoadedPaint& paint) {
     return paint.paint.kind != Paint::Kind::color;
 }
@@ -113,16 +135,15 @@ Float3 plain_color(const Paint& paint) {
 
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
                     const Double3& ray_direction, double redshift, const Patch& patch, const Float3* black_body) {
-    const std::size_t face = object.paints.size() == 6 ? primitive / 2 : 0;
     Float3 color;
     if (object.temperature > 0) {
         color = black_body ? *black_body : black_body_color(object, point, redshift);
     } else {
-        color = paint_color(object, object.paints[face], primitive, point, patch);
+        color = paint_color(object, paint_of(object, primitive), primitive, point, patch);
         if (object.geometry->shape == Shape::disk) multiply(color, redshift * redshift * (redshift * redshift));
     }
     if (object.shading == Shading::lambert)
-        multiply(color, std::abs(dot(unit(normal_on(object, primitive, point)), ray_direction)));
+        multiply(color, lambert_factor(object, primitive, point, ray_direction));
     return color;
 }
 

@@ -11,6 +11,7 @@ struct LoadedPaint {
     Paint paint;
     std::shared_ptr<const StoredImage> image;           ///< Null unless the paint is a texture.
     std::shared_ptr<const std::vector<Image>> coarser;  ///< Coarser mipmap levels, from coarser_images.
+    std::shared_ptr<const ImageLevelTable> levels{};    ///< `image` and `coarser` for the kernels.
 };
 
 /// Data of an object for shading, in coordinates relative to `space.center`.
@@ -33,6 +34,18 @@ bool has_pattern(const LoadedPaint& paint);
 double observed_temperature(const ShadedObject& disk, const Double3& point, double redshift);
 /// Returns the colour of a paint without a pattern.
 Float3 plain_color(const Paint& paint);
+
+/// Returns the paint of a triangle of an object.
+const LoadedPaint& paint_of(const ShadedObject& object, std::uint32_t primitive);
+/// Returns the texture coordinates of a point on a surface, with gradients. All are 0 on a mesh without u and v.
+ChartPoint surface_coordinates(const ShadedObject& object, std::uint32_t primitive, const Double3& point);
+/// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
+/// periodic. The u and v of a mesh may repeat an image. On a rectangle or a face of a box, the texels at the edges are
+/// continued.
+Edges edges_on(Shape shape);
+/// Returns |normal · ray_direction| with the shading `lambert`, otherwise 1. `ray_direction` is a unit vector.
+double lambert_factor(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
+                      const Double3& ray_direction);
 
 /// Returns the linear colour of a surface at `point`, relative to `space.center`. A pattern is averaged over the patch.
 /// `ray_direction` is a unit vector. With the shading `lambert`, the light comes from the camera, and the colour is

@@ -1,6 +1,6 @@
 #include "geometry/clearance.h"
 
-#include <rtcore.h>
+#include "geometry/point_query.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -59,29 +59,6 @@ struct NearestSearch {
     }
 };
 
-/// Returns a distance in Embree's coordinates, rounded up to single precision.
-float search_radius(const Geometry& geometry, double distance) {
-    const auto radius = static_cast<float>(distance * geometry.scale);
-    return std::nextafter(radius, std::numeric_limits<float>::infinity());
-}
-
-/// Calls `visit` for the triangles whose bounding boxes in stretched space are within `distance` of the point q. q is
-/// given in unstretched coordinates, and `scene` is in stretched coordinates.
-void query_around(const Geometry& geometry, RTCScene scene, const Double3& stretch, const Double3& q, double distance,
-                  RTCPointQueryFunction visit, void* user) {
-    const auto coordinate = [&](std::size_t k) {
-        return static_cast<float>((q[k] - geometry.shift[k]) * geometry.scale * stretch[k]);
-    };
-    RTCPointQuery point{};
-    point.x = coordinate(0);
-    point.y = coordinate(1);
-    point.z = coordinate(2);
-    point.radius = search_radius(geometry, distance);
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene, &point, &context, visit, user);
-}
-
 /// Callback of a point query: updates the search with one triangle. Returns true if the search radius has decreased.
 bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
     auto& search = *static_cast<NearestSearch*>(arguments->userPtr);
@@ -103,12 +80,11 @@ bool update_nearest(RTCPointQueryFunctionArguments* arguments) {
 /// Returns the distance from q to the nearest sphere, or `limit` if that is smaller. The search in Embree's scene
 /// ignores spheres, so all of them are tested; scenes have few. The distance is a lower bound on the distance in
 /// stretched space, because all factors of `stretch` are at least 1.
-double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit,
-                           const std::optional<Face>& ignored = {}) {
+double distance_to_spheres(const Geometry& geometry, const Double3& q, double limit) {
     if (!geometry.has_spheres) return limit;
     for (std::uint32_t i = 0; i < geometry.surface_count; ++i) {
         const Surface& surface = geometry.surfaces[i];
-        if (surface.kind != Surface::Kind::sphere || (ignored && ignored->contains(i, 0))) continue;
+        if (surface.kind != Surface::Kind::sphere) continue;
         const Double3 from_center{q[0] - surface.center[0], q[1] - surface.center[1], q[2] - surface.center[2]};
         limit = std::min(limit, std::abs(length(from_center) - surface.radius));
     }
@@ -122,50 +98,6 @@ double stretched_distance(const Geometry& geometry, RTCScene scene, const Double
     NearestSearch search{&geometry, stretch, stretched_by(stretch, q), distance_to_spheres(geometry, q, limit)};
     query_around(geometry, scene, stretch, q, search.nearest, update_nearest, &search);
     return search.nearest;
-}
-
-/// State of the search for the triangle with the least bound on its distance to a slice.
-struct GapSearch {
-    const Geometry* geometry;
-    const BundleSlice* slice;
-    std::optional<Face> ignored;
-    double gap;  ///< Least bound found so far.
-};
-
-/// Returns a lower bound on the distances between the points of a slice and a plane. `plane` contains n and d of the
-/// plane n·x = d.
-double gap_to_plane(const BundleSlice& slice, const double* plane) {
-    constexpr double margin = 0.25;
-    double least = std::numeric_limits<double>::infinity(), greatest = -least;
-    for (const Double3& q : slice.points) {
-        const double height = plane[0] * q[0] + plane[1] * q[1] + plane[2] * q[2] - plane[3];
-        least = std::min(least, height);
-        greatest = std::max(greatest, height);
-    }
-    return std::max(least, -greatest) - margin * (greatest - least);
-}
-
-/// Callback of a point query: updates the search with one triangle. Returns true if the search radius has decreased.
-bool update_gap(RTCPointQueryFunctionArguments* arguments) {
-    auto& search = *static_cast<GapSearch*>(arguments->userPtr);
-    const Surface& surface = search.geometry->surfaces[arguments->geomID];
-    if (surface.kind != Surface::Kind::triangles ||
-        (search.ignored && search.ignored->contains(arguments->geomID, arguments->primID)) ||
-        gap_to_plane(*search.slice, surface.planes + 4 * std::size_t{arguments->primID}) >= search.gap)
-        return false;
-    const std::uint32_t* index = surface.triangles + 3 * std::size_t{arguments->primID};
-    const auto corner = [&](int k) {
-        const double* v = surface.vertices + 3 * std::size_t{index[k]};
-        return Double3{v[0], v[1], v[2]};
-    };
-    const Double3& middle = search.slice->points[0];
-    const double distance = length(subtract(middle, closest_point(middle, corner(0), corner(1), corner(2))));
-    const double bound = std::max(distance - search.slice->radius,
-                                  gap_to_plane(*search.slice, surface.planes + 4 * std::size_t{arguments->primID}));
-    if (bound >= search.gap) return false;
-    search.gap = bound;
-    arguments->query->radius = search_radius(*search.geometry, search.slice->radius + std::max(bound, 0.0));
-    return true;
 }
 
 /// Collects boxes that together contain all parts of surfaces in one cell of the grid.
@@ -257,16 +189,6 @@ void measure_row(const Geometry& geometry, RTCScene scene, const Double3& stretc
 
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit) {
     return stretched_distance(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, q, limit);
-}
-
-double gap_to_surfaces(const Geometry& geometry, const BundleSlice& slice, double limit,
-                       const std::optional<Face>& ignored) {
-    const Double3& middle = slice.points[0];
-    GapSearch search{&geometry, &slice, ignored,
-                     distance_to_spheres(geometry, middle, slice.radius + limit, ignored) - slice.radius};
-    query_around(geometry, static_cast<RTCScene>(geometry.embree_scene), {1, 1, 1}, middle, slice.radius + search.gap,
-                 update_gap, &search);
-    return search.gap;
 }
 
 Double3 clearance_stretch(const Bounds& bounds) {

@@ -31,19 +31,6 @@ struct Face {
 /// of Embree's single-precision bounding boxes.
 double distance_to_surfaces(const Geometry& geometry, const Double3& q, double limit);
 
-/// Points of neighbouring rays: of the ray in the middle of a cell of the picture, and of eight around it.
-struct BundleSlice {
-    std::array<Double3, 9> points;  ///< The middle is the first point.
-    double radius;                  ///< The ball of this radius around the middle contains all points between them.
-};
-
-/// Returns a lower bound on the distances between the points of a slice and all surfaces, or `limit` if that is
-/// smaller. It is not positive if a surface may intersect the slice. The triangles of the face `ignored` are left out.
-/// A triangle's bound is that of the ball, or that of its plane: if all points lie on the same side of the plane, the
-/// points between them are at most a quarter of the differences of their heights closer to it.
-double gap_to_surfaces(const Geometry& geometry, const BundleSlice& slice, double limit,
-                       const std::optional<Face>& ignored);
-
 /// Returns the factors, from 1 to 32, by which the axes of a scene are stretched before it is divided into cubic cells.
 /// Each shorter axis then has at least half as many cells as the longest one, unless the limit of 32 prevents it.
 Double3 clearance_stretch(const Bounds& bounds);

@@ -7,6 +7,7 @@
 
 #include "appearance/path_state.h"
 #include "paths/trace_tile.h"
+#include "rays/ray_cell.h"
 
 namespace kagero {
 
@@ -18,6 +19,9 @@ struct TracedRays {
     std::vector<RayEnd> ends;
     std::vector<PathState> paths;  ///< One for each ray; empty if no ray can have continued.
     std::vector<std::uint8_t> traced;  ///< For each ray: 0 if its end is interpolated. Empty: all rays were traced.
+    /// Cells whose pixels have no element of `ends` yet. Their colours are computed from the cells, or write_ends in
+    /// src/adaptive/write_ends.h sets the elements.
+    std::vector<RayCell> cells;
 };
 
 /// The work for one generation of rays.

@@ -1,9 +1,11 @@
 #include "pixels/shade_tile.h"
 
+#include "adaptive/write_ends.h"
 #include "appearance/packets/disk_lights.h"
 #include "appearance/packets/sky_lookup.h"
 #include "geometry/shapes.h"
 #include "kernels/assertion.h"
+#include "pixels/cell_shader.h"
 #include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 
@@ -48,7 +50,7 @@ struct TracedTile {
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
                      PixelBlock& block, std::span<PixelSample> rays) {
     const auto& [plan, tile, rays_of_tile, errors, skies, plain_skies] = traced;
-    const auto& [list, ends, paths, traced_rays] = rays_of_tile;
+    const auto& [list, ends, paths, traced_rays, cells] = rays_of_tile;
     const std::uint32_t spp = plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
     for (std::size_t k = 0; k < rays.size(); ++k) {
@@ -159,16 +161,65 @@ void shade_block(const Plan& plan, const PixelBlock& block, const Tile& shown, c
         }
 }
 
+/// The pixels of a tile that are shaded in cells, as squares of 8 × 8 pixels of the film.
+class ShadedSquares {
+public:
+    static constexpr std::uint32_t edge = 8;
+
+    explicit ShadedSquares(const Tile& tile)
+        : x0_(tile.x0 / edge), y0_(tile.y0 / edge), columns_((tile.x1 - 1) / edge - x0_ + 1),
+          is_shaded_(std::size_t{columns_} * ((tile.y1 - 1) / edge - y0_ + 1)) {}
+
+    void add(const RayCell& cell) {
+        for (std::uint32_t y = cell.y; y < cell.y + cell.edge; y += edge)
+            for (std::uint32_t x = cell.x; x < cell.x + cell.edge; x += edge)
+                if (x / edge >= x0_ && x / edge < x0_ + columns_ && y / edge >= y0_ && index(x, y) < is_shaded_.size())
+                    is_shaded_[index(x, y)] = true;
+    }
+    /// Returns true if pixel (x, y) of the tile is shaded in a cell.
+    bool contain(std::uint32_t x, std::uint32_t y) const { return is_shaded_[index(x, y)]; }
+
+private:
+    std::size_t index(std::uint32_t x, std::uint32_t y) const {
+        return std::size_t{y / edge - y0_} * columns_ + (x / edge - x0_);
+    }
+
+    std::uint32_t x0_, y0_, columns_;
+    std::vector<bool> is_shaded_;
+};
+
+/// Shades a cell, or its parts if the whole cell cannot be shaded as a unit. Returns false if this is true of a part.
+bool shade_parts(const CellShader& shader, const RayCell& cell, ShadedSquares& shaded) {
+    if (shader.shade(cell)) {
+        shaded.add(cell);
+        return true;
+    }
+    if (cell.edge < 2 * ShadedSquares::edge || !shader.shades_cells()) return false;
+    bool all = true;
+    for (const RayCell& quarter : quarters_of(cell)) all &= shade_parts(shader, quarter, shaded);
+    return all;
+}
+
+/// Shades the cells of a tile. Sets the ray ends of those cells that cannot be shaded as units.
+ShadedSquares shade_cells(const Plan& plan, const Tile& tile, const Tile& shown, TracedRays& rays, Film& film) {
+    ShadedSquares shaded(tile);
+    const CellShader shader(plan, shown, film);
+    for (const RayCell& cell : rays.cells)
+        if (!shade_parts(shader, cell, shaded)) write_ends(cell, tile, rays);
+    return shaded;
+}
+
 }  // namespace
 
 bool needs_footprints(const Plan& plan, const Film& film) {
     return plan.scene->paints->sky_has_pattern() || (needs_of(film) & need_footprint);
 }
 
-void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const TracedRays& rays,
+void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, TracedRays& rays,
                 const std::vector<EndError>& errors, Film& film) {
     KAGERO_ASSERT(shown.x1 - shown.x0 == film.width() && shown.y1 - shown.y0 == film.height());
     KAGERO_ASSERT(rays.list.starts.empty() || rays.list.frequencies.size() == rays.list.starts.size());
+    const ShadedSquares shaded = shade_cells(plan, tile, shown, rays, film);
     const RequiredData required(plan, film);
     const Shader shader(film);
     const TracedTile traced{plan, tile, rays, errors, plan.scene->sources.skies, plan.scene->sources.skies.is_plain()};
@@ -176,11 +227,15 @@ void shade_tile(const Plan& plan, const Tile& tile, const Tile& shown, const Tra
     DiskLights disks(plan.module(), *plan.scene->paints, plan.scene->sources, plan.view.spacetime);
     std::vector<PixelBlock> row((tile.x1 + 1) / 2 - tile.x0 / 2);
     for (std::uint32_t y = tile.y0 & ~1u; y < tile.y1; y += 2) {
-        for (std::uint32_t i = 0, x = tile.x0 & ~1u; x < tile.x1; ++i, x += 2)
-            prepare_block(traced, required, intersection({x, y, x + 2, y + 2}, tile), row[i], skies, disks);
+        std::size_t blocks = 0;
+        for (std::uint32_t x = tile.x0 & ~1u; x < tile.x1; x += 2) {
+            const Tile pixels = intersection({x, y, x + 2, y + 2}, tile);
+            if (!shaded.contain(pixels.x0, pixels.y0))
+                prepare_block(traced, required, pixels, row[blocks++], skies, disks);
+        }
         skies.finish();
         disks.finish();
-        for (const PixelBlock& block : row) shade_block(plan, block, shown, shader);
+        for (const PixelBlock& block : std::span(row).first(blocks)) shade_block(plan, block, shown, shader);
     }
 }
 

@@ -35,17 +35,20 @@ void PercentileHistogram::add(const PercentileHistogram& other) {
     max_ = std::max(max_, other.max_);
 }
 
+/// Counts values of one bin.
+void ValueCounter::add_to_bin(std::uint32_t index, std::uint32_t count) {
+    if (places_.empty()) places_.resize(ValueBins::count);
+    std::uint32_t& place = places_[index];
+    if (place == 0) {
+        counts_.bins.push_back({index, 0});
+        place = static_cast<std::uint32_t>(counts_.bins.size());
+    }
+    counts_.bins[place - 1].count += count;
+}
+
 /// Moves the values of the list to the bins.
 void ValueCounter::count_list() {
-    if (places_.empty()) places_.resize(ValueBins::count);
-    for (const std::uint16_t index : counts_.list) {
-        std::uint32_t& place = places_[index];
-        if (place == 0) {
-            counts_.bins.push_back({index, 0});
-            place = static_cast<std::uint32_t>(counts_.bins.size());
-        }
-        ++counts_.bins[place - 1].count;
-    }
+    for (const std::uint16_t index : counts_.list) add_to_bin(index, 1);
     counts_.list.clear();
 }
 

@@ -50,12 +50,18 @@ public:
         counts_.list.push_back(ValueBins::bin_of(value));
         counts_.max = std::max(counts_.max, value);
     }
+    /// Counts a value `count` times. It must not be negative or NaN.
+    void add(double value, std::uint32_t count) {
+        add_to_bin(ValueBins::bin_of(value), count);
+        counts_.max = std::max(counts_.max, value);
+    }
     /// Returns the counts of all values since the last call.
     ValueCounts take();
 
 private:
     static constexpr std::size_t longest_list = 4096;
 
+    void add_to_bin(std::uint32_t index, std::uint32_t count);
     void count_list();
 
     std::vector<std::uint32_t> places_;  ///< For each bin, its place in `counts_`, plus 1; 0: none.

@@ -66,7 +66,7 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
         throw RunError(
             "the layers position_error and rounding_error need an estimator of errors; call render_with_errors");
     Snapshots snapshots(control, film);
-    const auto finish_tile = [&, shown = plan.view.window](const Tile& tile, const TracedRays& traced,
+    const auto finish_tile = [&, shown = plan.view.window](const Tile& tile, TracedRays& traced,
                                                            const CancelToken& cancel) {
         const std::vector<EndError> estimates =
             needs_errors ? estimate_errors(tile, traced, cancel) : std::vector<EndError>{};

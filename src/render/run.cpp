@@ -209,8 +209,10 @@ private:
     ValueCounts count_pixels(ThreadData& data, Counts& counts) const {
         if (!(interpolation_bound_ > 0)) return {};
         counts.pixels += data.traced.ends.size();
-        counts.interpolated_pixels += data.samples.errors.size();
-        for (const double error : data.samples.errors) data.tile_interpolation_errors.add(error);
+        for (const auto& [pixels, error] : data.samples.interpolated) {
+            counts.interpolated_pixels += pixels;
+            if (pixels > 0) data.tile_interpolation_errors.add(error, pixels);
+        }
         return data.tile_interpolation_errors.take();
     }
     /// Returns the report of the tile that the thread has just traced. `before` contains its counters before the tile.

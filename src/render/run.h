@@ -14,10 +14,10 @@ namespace kagero {
 /// tiles.
 using TileRays = std::function<void(const Tile&, RayList&)>;
 
-/// A function that receives the traced rays of a tile: one per pixel, row by row, or one per ray of the list. If the
-/// token returns true, the function returns without storing a result. It is called from several threads at once, for
-/// different tiles.
-using TileDone = std::function<void(const Tile&, const TracedRays&, const CancelToken&)>;
+/// A function that receives the traced rays of a tile: one per pixel, row by row, or one per ray of the list. It may
+/// change them. If the token returns true, the function returns without storing a result. It is called from several
+/// threads at once, for different tiles.
+using TileDone = std::function<void(const Tile&, TracedRays&, const CancelToken&)>;
 
 /// Traces all tiles. Every thread takes the next tile of the list as soon as it has finished one. If `rays` is empty,
 /// the rays of a tile are those of the job's camera or ray list. The job is that of the medium of the camera, and

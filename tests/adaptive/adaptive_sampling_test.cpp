@@ -1,6 +1,7 @@
 // Tests adaptively sampled pictures against pictures in which the rays of all pixels are traced.
 #include "adaptive/displacement.h"
 #include "adaptive/sample_tile.h"
+#include "adaptive/write_ends.h"
 #include "plan/sampling.h"
 #include "rays/end_distance.h"
 #include "render/render.h"
@@ -10,6 +11,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <random>
 
 namespace kagero::test {
@@ -51,6 +53,7 @@ Ends adaptive_ends(const Plan& plan) {
                             std::min(y + adaptive_tile_edge, window.y1)};
             TracedRays rays;
             sample_tile(plan, plan.job(), tile, bound, rays, samples, counters, {});
+            write_ends(tile, rays);
             result.rays += samples.nodes.ends().size();
             std::size_t i = 0;
             for (std::uint32_t row = tile.y0; row < tile.y1; ++row)
@@ -173,10 +176,34 @@ TEST(AdaptiveSampling, EqualsTheFullPictureOnEveryInstructionSet) {
         for (const char* scene : {"hole.toml", "room.toml"}) EXPECT_TRUE(expect_agreement(scene, {}, isa)) << scene;
 }
 
-// KAGERO_AUDIT_CAMERAS sets the number of cameras per scene.
-TEST(AdaptiveSampling, EqualsTheFullPictureForRandomCameras) {
+/// Returns the number of cameras per scene, which KAGERO_AUDIT_CAMERAS sets.
+int audit_cameras() {
     const char* const stated = std::getenv("KAGERO_AUDIT_CAMERAS");
-    const int cameras = stated ? std::atoi(stated) : 1;
+    return stated ? std::atoi(stated) : 1;
+}
+
+/// Returns the scenes of the gallery that are sampled adaptively, in addition to those of scene_cases.
+std::vector<std::string> other_adaptive_scenes() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(KAGERO_SCENES)) {
+        const std::string name = entry.path().filename().string();
+        const bool is_listed = std::any_of(std::begin(scene_cases), std::end(scene_cases),
+                                           [&](const SceneCase& listed) { return listed.scene == name; });
+        if (entry.path().extension() != ".toml" || is_listed) continue;
+        if (plan_of_file(entry.path().string(), with_camera({}))->run.interpolation_bound > 0) names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+TEST(AdaptiveSampling, EqualsTheFullPictureInTheWholeGallery) {
+    const std::vector<std::string> scenes = other_adaptive_scenes();
+    EXPECT_GE(scenes.size(), 5u);
+    for (const std::string& scene : scenes) EXPECT_TRUE(expect_agreement(scene.c_str(), {}, "auto")) << scene;
+}
+
+TEST(AdaptiveSampling, EqualsTheFullPictureForRandomCameras) {
+    const int cameras = audit_cameras();
     std::mt19937 random(20);
     for (const auto& [scene, greatest_share] : scene_cases) {
         const SceneDescription description = plan_of_file(scene_file(scene), with_camera({}))->description();
@@ -219,7 +246,11 @@ radius = 0.02
 // The wire is 0.0012 wide at a distance of 6, where a pixel is 0.028 wide: most of its pixels show the sky. The balls
 // have diameters of about one pixel.
 TEST(AdaptiveSampling, LosesNoThinObjects) {
-    for (const double angle : {0.0, 0.4, 1.1, 2.3}) {
+    std::vector<double> angles{0.0, 0.4, 1.1, 2.3};
+    std::mt19937 random(21);
+    std::uniform_real_distribution<double> uniform(0, 3.1);
+    for (int i = 1; i < audit_cameras(); ++i) angles.push_back(uniform(random));
+    for (const double angle : angles) {
         const auto plan = plan_of_text(thin_objects, {{"camera.up=[0," + std::to_string(std::sin(angle)) + "," +
                                                        std::to_string(std::cos(angle)) + "]"}});
         const Ends full = all_ends(*plan), adaptive = adaptive_ends(*plan);

@@ -1,7 +1,8 @@
-// Tests the parts of adaptive sampling: interpolation of ray ends, displacements, and gaps between rays and surfaces.
+// Tests the parts of adaptive sampling: interpolation of ray ends, displacements, and the search for surfaces.
 #include "adaptive/bundle.h"
 #include "adaptive/displacement.h"
 #include "adaptive/end_interpolant.h"
+#include "geometry/bundle_part.h"
 #include "scene/load/load.h"
 #include "tests/support/plan_fixture.h"
 
@@ -80,43 +81,66 @@ center = [0.7, 0.2, 0.6]
 radius = 0.1
 )toml";
 
-// The gap is compared with the distances of many points of the quadrangle between the corners.
-TEST(GapToSurfaces, IsALowerBoundForAllPointsOfTheSlice) {
+/// Returns a part of a bundle of straight rays between two parallelograms, and the position at (a, b) and the fraction t
+/// of the rays.
+struct StraightPart {
+    Double3 origin, u, v, along, widening;
+
+    explicit StraightPart(std::mt19937& random)
+        : origin(random_point(random)), u(scaled(random_point(random), 0.2)), v(scaled(random_point(random), 0.2)),
+          along(subtract(random_point(random), random_point(random))),
+          widening(scaled(subtract(random_point(random), random_point(random)), 0.1)) {}
+
+    Double3 at(double a, double b, double t) const {
+        return add(add(origin, add(scaled(u, a), scaled(v, b))), scaled(add(along, scaled(widening, a)), t));
+    }
+    BundlePart part() const {
+        BundlePart part{};
+        constexpr double places[9][2] = {{0.5, 0.5}, {0, 0}, {0.5, 0}, {1, 0}, {0, 0.5},
+                                         {1, 0.5},   {0, 1}, {0.5, 1}, {1, 1}};
+        for (std::size_t i = 0; i < 3; ++i) {
+            for (std::size_t k = 0; k < 9; ++k) part.slices[i][k] = at(places[k][0], places[k][1], 0.5 * double(i));
+            for (const Double3& q : part.slices[i])
+                part.radius = std::max(part.radius, length(subtract(q, part.slices[i][0])));
+            part.across = part.along = part.radius;
+        }
+        return part;
+    }
+};
+
+// Many points of the part are compared with their distances from the surfaces.
+TEST(IsClear, FindsEverySurfaceInTheBundle) {
     const auto plan = plan_of_text(two_surfaces, {});
     const Geometry& geometry = *plan->scene->geometry->kernel_view();
     std::mt19937 random(7);
-    std::size_t positive = 0;
-    for (int round = 0; round < 2000; ++round) {
-        const Double3 origin = random_point(random), u = scaled(random_point(random), 0.2),
-                      v = scaled(random_point(random), 0.2);
-        const auto at = [&](double a, double b) { return add(origin, add(scaled(u, a), scaled(v, b))); };
-        BundleSlice slice{{at(0.5, 0.5), at(0, 0), at(0.5, 0), at(1, 0), at(0, 0.5), at(1, 0.5), at(0, 1), at(0.5, 1),
-                           at(1, 1)},
-                          0};
-        for (const Double3& q : slice.points)
-            slice.radius = std::max(slice.radius, length(subtract(q, slice.points[0])));
-        const double gap = gap_to_surfaces(geometry, slice, 1, {});
-        positive += gap > 0;
+    std::size_t clear = 0, touching = 0;
+    for (int round = 0; round < 4000; ++round) {
+        const StraightPart straight(random);
         double least = 1;
-        for (int i = 0; i <= 8; ++i)
-            for (int k = 0; k <= 8; ++k)
-                least =
-                    std::min(least, distance_to_surfaces(geometry,
-                                                         add(origin, add(scaled(u, i / 8.0), scaled(v, k / 8.0))), 1));
-        EXPECT_LE(gap, least + 1e-6) << round;
+        for (int i = 0; i <= 6; ++i)
+            for (int k = 0; k <= 6; ++k)
+                for (int l = 0; l <= 12; ++l)
+                    least = std::min(least, distance_to_surfaces(geometry, straight.at(i / 6.0, k / 6.0, l / 12.0), 1));
+        touching += least < 0.005;
+        if (!is_clear(geometry, straight.part(), {})) continue;
+        ++clear;
+        EXPECT_GT(least, 1e-6) << round;
     }
-    EXPECT_GT(positive, 1000u);
+    EXPECT_GT(clear, 1500u);
+    EXPECT_GT(touching, 100u);
 }
 
-TEST(GapToSurfaces, LeavesOutTheIgnoredFace) {
+TEST(IsClear, LeavesOutTheIgnoredFace) {
     const auto plan = plan_of_text(two_surfaces, {});
     const Geometry& geometry = *plan->scene->geometry->kernel_view();
-    const Double3 on_square{0.45, 0.45, 0.55};
-    BundleSlice slice{};
-    slice.points.fill(on_square);
-    EXPECT_NEAR(gap_to_surfaces(geometry, slice, 1, {}), 0, 1e-6);
-    const double to_ball = length(subtract(on_square, {0.7, 0.2, 0.6})) - 0.1;
-    EXPECT_NEAR(gap_to_surfaces(geometry, slice, 1, plan->scene->geometry->face_of(0, 1)), to_ball, 1e-6);
+    BundlePart part{};
+    for (BundleSlice& slice : part.slices)  // points on both sides of the square
+        for (std::size_t i = 0; i < 9; ++i) slice[i] = {0.45, 0.45, 0.55 + 0.005 * double(i % 3) - 0.005};
+    part.radius = part.across = part.along = 0.01;
+    EXPECT_FALSE(is_clear(geometry, part, {}));
+    EXPECT_TRUE(is_clear(geometry, part, plan->scene->geometry->face_of(0, 1)));
+    part.radius = part.across = 0.3;  // the ball is closer
+    EXPECT_FALSE(is_clear(geometry, part, plan->scene->geometry->face_of(0, 1)));
 }
 
 }  // namespace

@@ -137,7 +137,7 @@ private:
         points_.level = results_.level.data();
         if (sky_.paint.image) {
             std::array<Float3, capacity> colors;
-            sky_texture_colors(*sky_.paint.image, *sky_.paint.coarser, sky_.axes, points_, {colors.data(), count});
+            sky_texture_colors(*sky_.paint.image, *sky_.paint.coarser, module_, points_, {colors.data(), count});
             for (std::uint32_t i = 0; i < count; ++i) rays.rays[i]->source_color = colors[i];
             return;
         }

@@ -33,9 +33,10 @@ void render_picture(benchmark::State& state, const std::string& scene, const std
 int main(int count, char** arguments) {
     for (const char* sampling : {"full", "adaptive"})
         for (const char* scene : {"galaxy", "hole", "wormhole", "room", "kerr", "mirage"})
-            benchmark::RegisterBenchmark((std::string(sampling) + "/" + scene).c_str(), [=](benchmark::State& state) {
-                render_picture(state, scene, sampling);
-            })->Unit(benchmark::kMillisecond)->UseRealTime();
+            benchmark::RegisterBenchmark((std::string(sampling) + "/" + scene).c_str(),
+                                         [=](benchmark::State& state) { render_picture(state, scene, sampling); })
+                ->Unit(benchmark::kMillisecond)
+                ->UseRealTime();
     benchmark::Initialize(&count, arguments);
     if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 2;
     benchmark::RunSpecifiedBenchmarks();

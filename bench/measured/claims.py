@@ -340,8 +340,8 @@ def straight(program, tables):
     kagero, shaded, unshaded = (results[f"straight_room/{program.isa}/{name}"]["real_time"] for name in
                                 ("kagero", "bare_embree", "bare_embree_without_shading"))
     return [Claim("straight", "rg = 0 ÷ a plain Embree loop over the same rays and shading", [1.1], [1.02],
-                  [kagero / shaded], f"medians of 5: {kagero:.1f} and {shaded:.1f} ms; {rate:.2f} Mray/s with the start "
-                  "of threads", False),
+                  [kagero / shaded], f"medians of 5: {kagero:.1f} and {shaded:.1f} ms; {rate:.2f} Mray/s with the "
+                  "start of threads", False),
             Claim("straight-unshaded", "rg = 0, a picture ÷ a plain Embree loop over the same rays without shading",
                   [2.5], [1.5], [kagero / unshaded], f"medians of 5: {kagero:.1f} and {unshaded:.1f} ms", False)]
 

@@ -138,9 +138,9 @@ private:
         const Double3 along = subtract(end.points[0], begin.points[0]);
         const double square = dot(along, along);
         double greatest = 0;
-        for (auto vertex = std::upper_bound(path.begin(), path.end(), first, [](double at, const PathVertex& v) {
-                 return at < v.length;
-             }); vertex != path.end() && vertex->length < last; ++vertex) {
+        for (auto vertex = std::upper_bound(path.begin(), path.end(), first,
+                                            [](double at, const PathVertex&v) { return at < v.length; });
+             vertex != path.end() && vertex->length < last; ++vertex) {
             const Double3 from = subtract(vertex->position, begin.points[0]);
             const double t = square > 0 ? dot(from, along) / square : 0;
             greatest = std::max(greatest, length(subtract(from, scaled(along, t))));
@@ -150,8 +150,8 @@ private:
     bool is_in_clear_box(const BundlePart& part) const {
         if (!geometry_.clearance) return false;
         const Double3& middle = part.slices[1][0];
-        const double half = std::max(length(subtract(part.slices[0][0], middle)),
-                                     length(subtract(part.slices[2][0], middle)));
+        const double half =
+            std::max(length(subtract(part.slices[0][0], middle)), length(subtract(part.slices[2][0], middle)));
         return distance_in_clear_box(*geometry_.clearance, middle) > half + part.radius + part.bend;
     }
 

@@ -23,8 +23,8 @@ struct AdaptiveSamples {
 };
 
 /// Traces as many rays of a tile as are necessary to interpolate the ends of the others. Sets `rays.cells`, and
-/// `rays.ends` and `rays.traced` of all other pixels, row by row; all rays pass through the centres of pixels, as in the
-/// full picture. The results are meaningless if `cancel` returned true.
+/// `rays.ends` and `rays.traced` of all other pixels, row by row. All rays pass through the centres of pixels, as in
+/// the full picture. The results are meaningless if `cancel` returned true.
 ///
 /// The tile is divided into square cells of at most 32 × 32 pixels. A cell has 3 × 3 nodes and four test rays in the
 /// middle of its quarters. Ends in the cell are interpolated on three conditions. All nine nodes end alike, with the

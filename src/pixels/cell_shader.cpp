@@ -181,8 +181,9 @@ bool CellShader::set_pattern(const RayCell& cell, const Pattern& pattern, Coordi
     constexpr double max_step = 0.2, min_cosine = 0.1;
     if (!pattern.on_sphere) return true;
     set_sphere(image, nodes, shaded);
-    return greatest_step(nodes, cell.edge) < max_step &&
-           *std::min_element(std::begin(shaded.cosine), std::end(shaded.cosine)) > min_cosine;
+    return greatest_step(nodes,
+                         cell.edge)<max_step&& * std::min_element(std::begin(shaded.cosine), std::end(shaded.cosine))>
+        min_cosine;
 }
 
 bool CellShader::are_coordinates_accurate(const RayCell& cell, const Coordinates& coordinates) const {
@@ -258,8 +259,8 @@ bool CellShader::set_lights(const RayCell& cell, ShadedCell& shaded) const {
         // The second term is the change of the light over the bound on the error of positions.
         const double tolerance = std::max(half_unit * greatest, plan_.run.interpolation_bound * slope);
         for (std::uint32_t i = 0; i < 4; ++i) {
-            const double error = value_at_test(i, [&](std::size_t node) { return shaded.light[k][node]; }) -
-                                 lights.tests[i][k];
+            const double error =
+                value_at_test(i, [&](std::size_t node) { return shaded.light[k][node]; }) - lights.tests[i][k];
             if (!(std::abs(error) <= tolerance)) return false;
         }
     }

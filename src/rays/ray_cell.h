@@ -8,8 +8,8 @@
 namespace kagero {
 
 /// A square cell of pixels whose rays end alike: with the same status, on the same sky or face. Rays were traced at 3 ×
-/// 3 nodes, at the distances 0, edge / 2 and edge from the first pixel, and in the middle of the four quarters. Both are
-/// listed row by row. The nodes with the distance `edge` lie in other cells.
+/// 3 nodes, at the distances 0, edge / 2 and edge from the first pixel, and in the middle of the four quarters. Both
+/// are listed row by row. The nodes with the distance `edge` lie in other cells.
 struct RayCell {
     std::uint32_t x, y;  ///< The first pixel, as its position on the film.
     std::uint32_t edge;  ///< Number of pixels along an edge: a power of two, at least 8.

@@ -81,8 +81,7 @@ center = [0.7, 0.2, 0.6]
 radius = 0.1
 )toml";
 
-/// Returns a part of a bundle of straight rays between two parallelograms, and the position at (a, b) and the fraction t
-/// of the rays.
+/// A bundle of straight rays between two parallelograms.
 struct StraightPart {
     Double3 origin, u, v, along, widening;
 
@@ -91,6 +90,7 @@ struct StraightPart {
           along(subtract(random_point(random), random_point(random))),
           widening(scaled(subtract(random_point(random), random_point(random)), 0.1)) {}
 
+    /// Returns the position of the ray at (a, b) of the parallelograms, at the fraction t of its length.
     Double3 at(double a, double b, double t) const {
         return add(add(origin, add(scaled(u, a), scaled(v, b))), scaled(add(along, scaled(widening, a)), t));
     }

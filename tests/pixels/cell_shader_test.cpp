@@ -1,8 +1,8 @@
 // Tests the shading of cells as units: their colours are compared with those of the same pixels that are shaded one by
 // one, from interpolated ray ends.
+#include "pixels/cell_shader.h"
 #include "adaptive/sample_tile.h"
 #include "adaptive/write_ends.h"
-#include "pixels/cell_shader.h"
 #include "pixels/shade_tile.h"
 #include "render/render.h"
 #include "tests/support/plan_fixture.h"
@@ -18,7 +18,7 @@ namespace {
 /// The same picture, shaded in cells and pixel by pixel.
 struct TwoPictures {
     Film in_cells, by_pixel;
-    std::vector<bool> is_in_cell;  ///< For each pixel: true if its cell was shaded as a unit.
+    std::vector<bool> is_in_cell;                 ///< For each pixel: true if its cell was shaded as a unit.
     std::size_t squares = 0, shaded_squares = 0;  ///< Numbers of squares of 8 × 8 pixels in cells.
 
     explicit TwoPictures(const Plan& plan)
@@ -27,8 +27,8 @@ struct TwoPictures {
         const Tile window = plan.view.window;
         for (std::uint32_t y = 0; y < window.y1; y += adaptive_tile_edge)
             for (std::uint32_t x = 0; x < window.x1; x += adaptive_tile_edge)
-                add(plan, {x, y, std::min(x + adaptive_tile_edge, window.x1),
-                           std::min(y + adaptive_tile_edge, window.y1)});
+                add(plan,
+                    {x, y, std::min(x + adaptive_tile_edge, window.x1), std::min(y + adaptive_tile_edge, window.y1)});
     }
 
 private:
@@ -64,9 +64,9 @@ private:
     }
 };
 
-/// Compares the pictures. A pixel of one may differ from that of the other by `tolerance` beyond the range of the pixels
-/// within a distance of 1, because positions may differ by the bound on errors. `greatest_mean` is the greatest mean
-/// difference of all pixels in cells.
+/// Compares the pictures. A pixel of one may differ from that of the other by `tolerance` beyond the range of the
+/// pixels within a distance of 1, because positions may differ by the bound on errors. `greatest_mean` is the greatest
+/// mean difference of all pixels in cells.
 void expect_agreement(const Plan& plan, double least_share, double tolerance, double greatest_mean) {
     const TwoPictures pictures(plan);
     EXPECT_GE(double(pictures.shaded_squares), least_share * double(pictures.squares));
@@ -107,9 +107,13 @@ struct GalleryCase {
 };
 
 TEST(CellShader, AgreesWithPixelsOfTheGallery) {
-    for (const auto& [scene, least_share] :
-         {GalleryCase{"galaxy.toml", 0.85}, {"hole.toml", 0.85}, {"wormhole.toml", 0.8}, {"room.toml", 0.9},
-          {"kerr.toml", 0.7}, {"mirage.toml", 0.9}, {"luneburg.toml", 0.5}}) {
+    for (const auto& [scene, least_share] : {GalleryCase{"galaxy.toml", 0.85},
+                                             {"hole.toml", 0.85},
+                                             {"wormhole.toml", 0.8},
+                                             {"room.toml", 0.9},
+                                             {"kerr.toml", 0.7},
+                                             {"mirage.toml", 0.9},
+                                             {"luneburg.toml", 0.5}}) {
         SCOPED_TRACE(scene);
         const auto plan = plan_of_file(scene_file(scene), {"film.size=[400,256]", "film.spp=1",
                                                            "film.sampling=adaptive", "film.layers=[\"color\"]"});
@@ -123,7 +127,8 @@ const std::string textures = KAGERO_SCENES "/textures/";
 std::string scene_with(const std::string& object) {
     return "[space]\nhamiltonian = \"flat\"\n[camera]\nposition = [0, -4, 0.7]\nlook_at = [0.1, 0, 0]\nup = [0, 0, 1]\n"
            "fov = 40\n[film]\nsize = [256, 256]\nsampling = \"adaptive\"\n[sky]\ncolor = [0.1, 0.2, 0.3]\n"
-           "[[object]]\nname = \"thing\"\n" + object;
+           "[[object]]\nname = \"thing\"\n" +
+           object;
 }
 
 TEST(CellShader, AgreesWithPixelsOfEveryShapeAndPaint) {

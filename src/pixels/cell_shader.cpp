@@ -181,9 +181,8 @@ bool CellShader::set_pattern(const RayCell& cell, const Pattern& pattern, Coordi
     constexpr double max_step = 0.2, min_cosine = 0.1;
     if (!pattern.on_sphere) return true;
     set_sphere(image, nodes, shaded);
-    return greatest_step(nodes,
-                         cell.edge)<max_step&& * std::min_element(std::begin(shaded.cosine), std::end(shaded.cosine))>
-        min_cosine;
+    const double least_cosine = *std::min_element(std::begin(shaded.cosine), std::end(shaded.cosine));
+    return greatest_step(nodes, cell.edge) < max_step && least_cosine > min_cosine;
 }
 
 bool CellShader::are_coordinates_accurate(const RayCell& cell, const Coordinates& coordinates) const {

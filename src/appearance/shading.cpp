@@ -50,8 +50,11 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
     const PaintedPatch painted = painted_patch(object, primitive, point, patch);
     if (!loaded.image)
         return checker_color(loaded.paint, painted.u, painted.v, painted.sides, edges_on(object.geometry->shape));
-    return surface_texture_color(*loaded.image, *loaded.coarser, painted.u, painted.v, painted.sides,
-                                 edges_on(object.geometry->shape));
+    const bool is_mesh = object.geometry->shape == Shape::mesh;
+    const Edges edges = is_mesh ? Edges{loaded.paint.along_u, loaded.paint.along_v} : edges_on(object.geometry->shape);
+    Float3 color = surface_texture_color(*loaded.image, *loaded.coarser, painted.u, painted.v, painted.sides, edges);
+    for (std::size_t k = 0; k < 3; ++k) color[k] *= static_cast<float>(loaded.paint.factor[k]);
+    return color;
 }
 
 /// Returns the colour of a disk that radiates as a black body.
@@ -124,6 +127,10 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     if (object.shading == Shading::lambert)
         multiply(color, std::abs(dot(unit(normal_on(object, primitive, point)), ray_direction)));
     return color;
+}
+
+Float3 emission_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    return paint_color(object, *object.emission, primitive, point, {});
 }
 
 Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const SkyFilter& filter) {

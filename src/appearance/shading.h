@@ -18,6 +18,7 @@ struct ShadedObject {
     const ObjectGeometry* geometry = nullptr;
     Shading shading{};
     std::vector<LoadedPaint> paints;    ///< Six for a box or room, otherwise one.
+    std::optional<LoadedPaint> emission;  ///< The light that a part of a mesh file emits.
     std::vector<TriangleChart> charts;  ///< Maps from the triangles of the mesh to u and v, if a paint has a pattern.
     Double3 normal{};                   ///< Normal of a disk.
     double inner = 0, outer = 0;        ///< Radii of a disk.
@@ -45,6 +46,9 @@ Float3 plain_color(const Paint& paint);
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
                     const Double3& ray_direction, double redshift, const Patch& patch,
                     const Float3* black_body = nullptr);
+
+/// Returns the light that a part of a mesh file emits at a point, relative to `space.center`. It states its emission.
+Float3 emission_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point);
 
 /// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the filter's
 /// footprint.

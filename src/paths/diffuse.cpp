@@ -39,11 +39,15 @@ Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward) {
     const Float3 color =
         plan.scene->paints->surface_color(point.surface, point.primitive, position_in_space(plan, point), toward);
+    const ObjectDescription& object = plan.description().objects[point.surface];
+    const Float3 emission = object.emission ? plan.scene->paints->emission_color(point.surface, point.primitive,
+                                                                                 position_in_space(plan, point))
+                                            : color;
+    const double strength = object.emission ? 1 : object.emission_strength;
     DiffuseColor result;
-    const double strength = plan.description().objects[point.surface].emission_strength;
     for (std::size_t k = 0; k < 3; ++k) {
         result.albedo[k] = double(color[k]);
-        result.emission[k] = strength * double(color[k]);
+        result.emission[k] = strength * double(emission[k]);
     }
     return result;
 }

@@ -22,7 +22,8 @@ struct DiffuseColor {
     Double3 albedo{}, emission{};
 };
 
-/// Returns the colour of a diffuse surface at a point. `toward` is the unit direction of the ray at its end.
+/// Returns the colour of a diffuse surface, or of a mirror of a mesh file, at a point. `toward` is the unit direction
+/// of the ray at its end.
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward);
 
 /// The frame in which a diffuse surface is at rest, at one point. In a spacetime, it is the rest frame of the static

@@ -92,7 +92,7 @@ private:
     /// Continues the rays of `continuing_`, whose hits are in `hits_`.
     void continue_rays();
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
-    /// Adds the light that a diffuse surface emits to a path. Returns the colour of the surface.
+    /// Adds the light that a surface emits to a path. Returns the colour of the surface.
     DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
     /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends
     /// it.
@@ -101,6 +101,9 @@ private:
     /// probability of its survival, so that the mean of the light does not change.
     bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
     PixelRay pixel_ray_of(std::uint32_t ray) const;
+    static DiffusePoint point_at_end(std::uint32_t medium, const RayEnd& end) {
+        return {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}};
+    }
     bool ends_ray(const ObjectDescription& object) const {
         return !sends_light_on(object) || (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
     }
@@ -146,8 +149,8 @@ bool Generations::prepare() {
             if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
             if (!plan_.run.max_bounces || end.status != Status::hit || ends_ray(objects[end.surface])) continue;
             if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
-                if (objects[end.surface].material == Material::diffuse)
-                    add_emission(ray, {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}});
+                if (objects[end.surface].material == Material::diffuse || objects[end.surface].emission)
+                    add_emission(ray, point_at_end(medium, end));
                 rays_.ends[ray].cut_off = true;
                 end_path(ray, Status::step_limit, Failure::none);
                 continue;
@@ -229,8 +232,9 @@ void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& inte
     const double share = choice_ == BranchChoice::sampled ? 1 : branch->share;
     const bool is_transmitted = interaction.transmitted && branch == &*interaction.transmitted;
     const double radiance = is_transmitted ? indices_.radiance_ratio(ray, path.medium, interaction) : branch->radiance;
-    for (std::size_t k = 0; k < 3; ++k)
-        path.weight[k] *= share * radiance * plan_.description().objects[end.surface].tint[k];
+    const ObjectDescription& object = plan_.description().objects[end.surface];
+    const Double3 tint = object.emission ? add_emission(ray, point_at_end(path.medium, end)).albedo : object.tint;
+    for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= share * radiance * tint[k];
     path.frequency *= interaction.frequency;
     path.surfaces = (path.surfaces ^ (2 * std::uint64_t{end.surface} + is_transmitted + 1)) * 0x9e3779b97f4a7c15u;
     ++path.bounces;

@@ -3,6 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "formula/nodes.h"
+#include "geometry/file_materials.h"
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "plan/units.h"
@@ -184,6 +185,7 @@ Catalogue catalogue(const std::string& isa) {
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose,
                                         const Scene* earlier) {
     const Module& module = load_module(options.isa);
+    divide_by_material(description, earlier ? &earlier->description : nullptr);
     const double unit = length_unit(description);
     convert_lengths(description, module, unit);
     if (earlier && earlier->unit != unit) earlier = nullptr;

@@ -67,9 +67,19 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
     return color;
 }
 
-/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals. If there
-/// are none, or if the result is zero, it is the geometric normal.
-Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
+Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    if (object.geometry->shape == Shape::sphere) return subtract(point, object.geometry->center);
+    if (object.geometry->shape == Shape::disk) return object.normal;
+    return interpolated_normal(object.geometry->mesh, primitive, point);
+}
+
+void multiply(Float3& color, double factor) {
+    for (float& channel : color) channel *= static_cast<float>(factor);
+}
+
+}  // namespace
+
+Double3 interpolated_normal(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
     const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
     const Double3 a = vertex(mesh, index[0]);
     const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a),
@@ -87,18 +97,6 @@ Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Doubl
     }
     return dot(normal, normal) > 0 ? normal : geometric_normal;
 }
-
-Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
-    if (object.geometry->shape == Shape::sphere) return subtract(point, object.geometry->center);
-    if (object.geometry->shape == Shape::disk) return object.normal;
-    return normal_on(object.geometry->mesh, primitive, point);
-}
-
-void multiply(Float3& color, double factor) {
-    for (float& channel : color) channel *= static_cast<float>(factor);
-}
-
-}  // namespace
 
 bool has_pattern(const LoadedPaint& paint) {
     return paint.paint.kind != Paint::Kind::color;

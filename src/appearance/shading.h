@@ -32,6 +32,9 @@ bool has_pattern(const LoadedPaint& paint);
 /// T ∝ r^(−3/4), which holds far from the inner edge of a disk that radiates the gravitational energy of its matter
 /// (Shakura and Sunyaev 1973). `redshift` is that of object_color.
 double observed_temperature(const ShadedObject& disk, const Double3& point, double redshift);
+/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals. If there
+/// are none, or if the result is zero, it is the geometric normal.
+Double3 interpolated_normal(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point);
 /// Returns the colour of a paint without a pattern.
 Float3 plain_color(const Paint& paint);
 

@@ -207,6 +207,10 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
     return scene;
 }
 
+bool has_rays_from_surfaces(const SceneDescription& scene) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(), sends_light_on);
+}
+
 double scene_size(const Scene& scene) {
     return scene.unit *
            (scene.geometry->kernel_view() ? scene.geometry->diagonal() : scene.description.integrator.escape_radius);

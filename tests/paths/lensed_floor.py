@@ -5,18 +5,22 @@
     tests/paths/lensed_floor.py --check FILE [--paths N] [--seed S]     compares N paths with the result in FILE
 
 The script shares no code and no equations with kagero. kagero integrates Hamilton's equations in Kerr-Schild
-coordinates; this script integrates the orbit equation u'' = -u + 3/2 r_g u^2 of null rays in the plane of each ray, with
-u = 1/r (Chandrasekhar 1983, section 20). Space coordinates (r and the angles) are the same in both.
+coordinates; this script integrates the orbit equation u'' = -u + 3/2 r_g u^2 of null rays in the plane of each ray,
+with u = 1/r (Chandrasekhar 1983, section 20). Space coordinates (r and the angles) are the same in both.
 
-A path starts at a point of the floor, in a direction that is distributed as cos(theta)/pi in the rest frame of the
-static observer there. It adds the albedo times the light of the lamp if it meets the lamp before the floor and the hole.
+A path starts at a point of the floor, in a direction that is distributed as cos(theta)/pi in the rest frame of
+the static observer there. It adds the albedo times the light of the lamp if it meets the lamp before the floor and the hole.
 """
 import argparse
 import json
 import pathlib
 import sys
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    print("NumPy is not installed")
+    sys.exit(77)  # CTest counts the test as skipped
 
 RADIUS_OF_HOLE = 0.12                      # r_g; the hole is at the origin
 FLOOR_HEIGHT = -1.0                        # the floor is the plane z = -1
@@ -24,7 +28,7 @@ ALBEDO = 0.6
 LAMP_CENTER, LAMP_RADIUS = np.array([0.15, 0.1, 0.9]), 0.2
 LAMP_LIGHT = 10.0
 POINTS = [0.1, 0.6, 1.2]                   # points (x, 0, -1) of the floor
-COMMAND = "for seed in 1 2 3 4 5 6 7 8 9 10; do tests/paths/lensed_floor.py --paths 10000000 --seed $seed " \
+COMMAND = "for seed in 1 2; do tests/paths/lensed_floor.py --paths 10000000 --seed $seed " \
           "--add tests/paths/lensed_floor.json; done"
 
 
@@ -40,8 +44,8 @@ def cosine_directions(rng, count, normal):
 
 
 def start_orbits(rng, count, point):
-    """Returns the state of rays whose planes meet the lamp: u, du/dphi, the lamp in the plane, its squared radius there,
-    and the components of z along the axes of the plane."""
+    """Returns the state of rays whose planes meet the lamp: u, du/dphi, the lamp in the plane, its squared radius
+    there, and the components of z along the axes of the plane."""
     r = np.linalg.norm(point)
     radial = point / r
     root = np.sqrt(1 - RADIUS_OF_HOLE / r)

@@ -9,7 +9,8 @@ coordinates; this script integrates the orbit equation u'' = -u + 3/2 r_g u^2 of
 with u = 1/r (Chandrasekhar 1983, section 20). Space coordinates (r and the angles) are the same in both.
 
 A path starts at a point of the floor, in a direction that is distributed as cos(theta)/pi in the rest frame of
-the static observer there. It adds the albedo times the light of the lamp if it meets the lamp before the floor and the hole.
+the static observer there. It adds the albedo times the light of the lamp if it meets the lamp before the floor
+and the hole.
 """
 import argparse
 import json

@@ -29,7 +29,7 @@ ALBEDO = 0.6
 LAMP_CENTER, LAMP_RADIUS = np.array([0.15, 0.1, 0.9]), 0.2
 LAMP_LIGHT = 10.0
 POINTS = [0.1, 0.6, 1.2]                   # points (x, 0, -1) of the floor
-COMMAND = "for seed in 1 2; do tests/paths/lensed_floor.py --paths 10000000 --seed $seed " \
+COMMAND = "for seed in 1 2 6 7; do tests/paths/lensed_floor.py --paths 10000000 --seed $seed " \
           "--add tests/paths/lensed_floor.json; done"
 
 

@@ -10,6 +10,13 @@ namespace kagero {
 
 class LoadedScene;
 
+/// Summary of the layer "standard_error" over all components of the colour. Numbers that are not known are NaN.
+struct StandardError {
+    double rms;       ///< Root mean square.
+    double max;       ///< Greatest value.
+    double relative;  ///< Root mean square divided by the mean colour.
+};
+
 /// A rendered picture: layers of floats, row by row from the top, channels interleaved.
 class KAGERO_PUBLIC Picture {
 public:
@@ -26,6 +33,8 @@ public:
     bool interrupted() const;    ///< Returns true if some pixels were not rendered.
     std::uint64_t rays() const;  ///< Returns the number of traced rays.
     double seconds() const;      ///< Returns the time of tracing and shading.
+    /// Returns the summary of the layer "standard_error", which a scene with several rays per pixel can request.
+    StandardError standard_error() const;
 
     /// Writes an `.exr` file with all layers and the metadata of the run, or an image of the colours (`.png`, `.jpg`,
     /// `.pfm` and other formats). The file appears when it is complete. Throws InputError if the extension is not

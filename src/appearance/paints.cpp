@@ -34,7 +34,8 @@ typename Map::mapped_type find_image(const Map& images, const typename Map::key_
 
 /// Reads an image for a paint, and computes its coarser copies on another thread while the file is read.
 void read_texture(LoadedPaint& loaded, Mapping mapping) {
-    ImageReader reader(loaded.paint.texture, loaded.paint.location);
+    const Paint& paint = loaded.paint;
+    ImageReader reader({paint.texture, paint.image.get(), paint.user}, paint.location);
     const int height = reader.image().height;
     std::atomic<int> rows_read = 0;  // negative if reading failed
     const auto reduce = [&] {
@@ -123,7 +124,10 @@ ShadedObject load(const ObjectDescription& object, const ObjectGeometry& geometr
     else shaded.paints.push_back(load(object.paint, mapping, images));
     if (object.material == Material::diffuse)
         for (const LoadedPaint& paint : shaded.paints) check_albedo_of_image(paint);
-    if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern)) shaded.charts = charts_of(geometry.mesh);
+    if (object.emission) shaded.emission = load(*object.emission, mapping, images);
+    if (std::any_of(shaded.paints.begin(), shaded.paints.end(), has_pattern) ||
+        (shaded.emission && has_pattern(*shaded.emission)))
+        shaded.charts = charts_of(geometry.mesh);
     return shaded;
 }
 

@@ -33,6 +33,10 @@ public:
     Float3 surface_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point,
                          const Double3& ray_direction, double redshift = 1, const Patch& patch = {},
                          const Float3* black_body = nullptr) const;
+    /// Returns the light that a part of a mesh file emits at a point relative to `space.center`.
+    Float3 emission_color(std::uint32_t surface, std::uint32_t primitive, const Double3& point) const {
+        return kagero::emission_color(objects_[surface], primitive, point);
+    }
     /// Returns the linear colour of the sky in a unit direction. If `on_second_sheet` is true, the sky is that of a
     /// wormhole's second sheet. Images and checkers are averaged over the filter's footprint.
     Float3 sky_color(const Double3& direction, bool on_second_sheet = false, const SkyFilter& filter = {}) const;

@@ -41,9 +41,11 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
                                     patch.right, patch.below);
     const PaintedPatch painted = painted_patch(object, primitive, point, patch);
     if (!loaded.image)
-        return checker_color(loaded.paint, painted.u, painted.v, painted.sides, edges_on(object.geometry->shape));
-    return surface_texture_color(*loaded.image, *loaded.coarser, painted.u, painted.v, painted.sides,
-                                 edges_on(object.geometry->shape));
+        return checker_color(loaded.paint, painted.u, painted.v, painted.sides, edges_of(object, loaded));
+    Float3 color = surface_texture_color(*loaded.image, *loaded.coarser, painted.u, painted.v, painted.sides,
+                                         edges_of(object, loaded));
+    for (std::size_t k = 0; k < 3; ++k) color[k] *= static_cast<float>(loaded.paint.factor[k]);
+    return color;
 }
 
 /// Returns the colour of a disk that radiates as a black body.
@@ -56,9 +58,19 @@ Float3 paint_color(const ShadedObject& object, const LoadedPaint& loaded, std::u
     return color;
 }
 
-/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals. If there
-/// are none, or if the result is zero, it is the geometric normal.
-Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
+Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    if (object.geometry->shape == Shape::sphere) return subtract(point, object.geometry->center);
+    if (object.geometry->shape == Shape::disk) return object.normal;
+    return interpolated_normal(object.geometry->mesh, primitive, point);
+}
+
+void multiply(Float3& color, double factor) {
+    for (float& channel : color) channel *= static_cast<float>(factor);
+}
+
+}  // namespace
+
+Double3 interpolated_normal(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point) {
     const std::uint32_t* index = &mesh.triangles[3 * std::size_t{primitive}];
     const Double3 a = vertex(mesh, index[0]);
     const Double3 ab = subtract(vertex(mesh, index[1]), a), ac = subtract(vertex(mesh, index[2]), a),
@@ -77,20 +89,9 @@ Double3 normal_on(const TriangleMesh& mesh, std::uint32_t primitive, const Doubl
     return dot(normal, normal) > 0 ? normal : geometric_normal;
 }
 
-Double3 normal_on(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
-    if (object.geometry->shape == Shape::sphere) return subtract(point, object.geometry->center);
-    if (object.geometry->shape == Shape::disk) return object.normal;
-    return normal_on(object.geometry->mesh, primitive, point);
-}
-
-void multiply(Float3& color, double factor) {
-    for (float& channel : color) channel *= static_cast<float>(factor);
-}
-
-}  // namespace
-
-Edges edges_on(Shape shape) {
-    if (shape == Shape::mesh) return repeat_both;
+Edges edges_of(const ShadedObject& object, const LoadedPaint& loaded) {
+    const Shape shape = object.geometry->shape;
+    if (shape == Shape::mesh) return {loaded.paint.along_u, loaded.paint.along_v};
     return shape == Shape::sphere || shape == Shape::disk ? repeat_along_u : clamp_both;
 }
 
@@ -145,6 +146,10 @@ Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const D
     if (object.shading == Shading::lambert)
         multiply(color, lambert_factor(object, primitive, point, ray_direction));
     return color;
+}
+
+Float3 emission_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point) {
+    return paint_color(object, *object.emission, primitive, point, {});
 }
 
 Float3 sky_color(const LoadedPaint& paint, const SkyAxes& axes, const Double3& direction, const SkyFilter& filter) {

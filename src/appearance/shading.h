@@ -19,6 +19,7 @@ struct ShadedObject {
     const ObjectGeometry* geometry = nullptr;
     Shading shading{};
     std::vector<LoadedPaint> paints;    ///< Six for a box or room, otherwise one.
+    std::optional<LoadedPaint> emission;  ///< The light that a part of a mesh file emits.
     std::vector<TriangleChart> charts;  ///< Maps from the triangles of the mesh to u and v, if a paint has a pattern.
     Double3 normal{};                   ///< Normal of a disk.
     double inner = 0, outer = 0;        ///< Radii of a disk.
@@ -32,6 +33,9 @@ bool has_pattern(const LoadedPaint& paint);
 /// T ∝ r^(−3/4), which holds far from the inner edge of a disk that radiates the gravitational energy of its matter
 /// (Shakura and Sunyaev 1973). `redshift` is that of object_color.
 double observed_temperature(const ShadedObject& disk, const Double3& point, double redshift);
+/// Returns the normal of a triangle at a point, of any length. It is interpolated between the vertex normals. If there
+/// are none, or if the result is zero, it is the geometric normal.
+Double3 interpolated_normal(const TriangleMesh& mesh, std::uint32_t primitive, const Double3& point);
 /// Returns the colour of a paint without a pattern.
 Float3 plain_color(const Paint& paint);
 
@@ -39,10 +43,10 @@ Float3 plain_color(const Paint& paint);
 const LoadedPaint& paint_of(const ShadedObject& object, std::uint32_t primitive);
 /// Returns the texture coordinates of a point on a surface, with gradients. All are 0 on a mesh without u and v.
 ChartPoint surface_coordinates(const ShadedObject& object, std::uint32_t primitive, const Double3& point);
-/// Returns how an image continues beyond its edges on a shape. The longitudes of a sphere and the angles of a disk are
-/// periodic. The u and v of a mesh may repeat an image. On a rectangle or a face of a box, the texels at the edges are
+/// Returns how a paint of an object continues beyond the edges of its image. The longitudes of a sphere and the angles of
+/// a disk are periodic. On a mesh, the paint states it. On a rectangle or a face of a box, the texels at the edges are
 /// continued.
-Edges edges_on(Shape shape);
+Edges edges_of(const ShadedObject& object, const LoadedPaint& paint);
 /// Returns |normal · ray_direction| with the shading `lambert`, otherwise 1. `ray_direction` is a unit vector.
 double lambert_factor(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
                       const Double3& ray_direction);
@@ -58,6 +62,9 @@ double lambert_factor(const ShadedObject& object, std::uint32_t primitive, const
 Float3 object_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point,
                     const Double3& ray_direction, double redshift, const Patch& patch,
                     const Float3* black_body = nullptr);
+
+/// Returns the light that a part of a mesh file emits at a point, relative to `space.center`. It states its emission.
+Float3 emission_color(const ShadedObject& object, std::uint32_t primitive, const Double3& point);
 
 /// Returns the linear colour of the sky in a unit direction. A pattern is averaged over the filter's
 /// footprint.

@@ -24,7 +24,9 @@ double floor_of(double x) {
 int texel_index(double index, int size, BeyondEdge edge) {
     if (!std::isfinite(index)) return 0;
     if (edge == BeyondEdge::clamp) return static_cast<int>(std::clamp(index, 0.0, size - 1.0));
-    const double wrapped = index - floor_of(index / size) * size;
+    const double repetition = floor_of(index / size), within = index - repetition * size;
+    const bool is_mirrored = edge == BeyondEdge::mirror && repetition != 2 * floor_of(0.5 * repetition);
+    const double wrapped = is_mirrored ? size - 1 - within : within;
     return static_cast<int>(std::clamp(wrapped, 0.0, size - 1.0));
 }
 

@@ -6,9 +6,6 @@
 
 namespace kagero {
 
-/// Continuation of an image beyond its edges: repetitions of the image, or the texels at the edges.
-enum class BeyondEdge { repeat, clamp };
-
 /// Continuations of an image along u (to the left and right) and along v (above and below).
 struct Edges {
     BeyondEdge along_u, along_v;

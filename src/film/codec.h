@@ -52,8 +52,9 @@ struct PictureToEncode {
 /// The functions of the image module. Each returns "" on success, otherwise the reason for the failure.
 struct Codec {
     std::uint32_t abi;  ///< The value of codec_abi with which the module was compiled.
-    /// Opens an image file for reading.
-    std::string (*open)(const std::string& path, std::unique_ptr<ImageFile>& file);
+    /// Opens an image file for reading. If `bytes` is not null, it is the content of the file, which must outlive
+    /// `file`; `path` is then its name.
+    std::string (*open)(const std::string& path, const std::string* bytes, std::unique_ptr<ImageFile>& file);
     /// Encodes a picture as the bytes of a file with this extension, such as ".png".
     std::string (*encode)(const std::string& extension, const PictureToEncode& picture,
                           std::vector<unsigned char>& file);
@@ -62,7 +63,7 @@ struct Codec {
 };
 
 /// Version of this interface. It changes with every change of the types in this file.
-inline constexpr std::uint32_t codec_abi = 4;
+inline constexpr std::uint32_t codec_abi = 5;
 /// Type of the function `kagero_codec`, which the module exports.
 using CodecFunction = const Codec* (*)();
 

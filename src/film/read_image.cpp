@@ -68,13 +68,14 @@ std::size_t first_not_finite(const Texels<Stored>& texels, std::size_t begin, st
 
 }  // namespace
 
-ImageReader::ImageReader(const std::string& path, const FileLocation& location) : path_(path), location_(location) {
-    const std::string reason = codec().open(path, file_);
-    if (!reason.empty()) throw InputError(location, "\"" + path + "\" " + reason);
+ImageReader::ImageReader(ImageSource source, const FileLocation& location)
+    : source_(std::move(source)), location_(location) {
+    const std::string reason = codec().open(source_.path, source_.bytes, file_);
+    if (!reason.empty()) throw InputError(location, source_.name() + " " + reason);
     image_.width = file_->width;
     image_.height = file_->height;
     const auto refuse = [&] {
-        throw InputError(location, "\"" + path + "\" states a size of " + std::to_string(file_->width) + " x " +
+        throw InputError(location, source_.name() + " states a size of " + std::to_string(file_->width) + " x " +
                                        std::to_string(file_->height) +
                                        " pixels, which requires more memory than is available");
     };
@@ -89,7 +90,7 @@ ImageReader::ImageReader(const std::string& path, const FileLocation& location) 
 
 void ImageReader::refuse_pixel(std::size_t index) const {
     const std::size_t pixel = index / 3, width = static_cast<std::size_t>(image_.width);
-    throw InputError(location_, "\"" + path_ + "\" has a value that is not finite in pixel (" +
+    throw InputError(location_, source_.name() + " has a value that is not finite in pixel (" +
                                     std::to_string(pixel % width) + ", " + std::to_string(pixel / width) +
                                     "), counted from the upper left; correct the image");
 }
@@ -102,7 +103,7 @@ void ImageReader::read_strip(Stored* components, int end) {
     Stored* const strip = components + begin;
     const bool is_grey = file_->channels == 1;
     const std::string reason = file_->read(rows_read_, end, is_grey ? strip + 2 * pixels : strip);
-    if (!reason.empty()) throw InputError(location_, "\"" + path_ + "\" " + reason);
+    if (!reason.empty()) throw InputError(location_, source_.name() + " " + reason);
     if (is_grey) expand_grey(strip, pixels);
     if constexpr (std::is_same_v<Stored, float>)
         if (file_->is_srgb) decode_srgb(strip, 3 * pixels);
@@ -121,8 +122,8 @@ void ImageReader::read_strip() {
     if (auto* const words = std::get_if<2>(&image_.rgb)) read_strip(words->codes.data(), end);
 }
 
-StoredImage read_image(const std::string& path, const FileLocation& location) {
-    ImageReader reader(path, location);
+StoredImage read_image(const ImageSource& source, const FileLocation& location) {
+    ImageReader reader(source, location);
     while (!reader.is_done()) reader.read_strip();
     return reader.take_image();
 }

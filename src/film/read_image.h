@@ -9,13 +9,25 @@
 
 namespace kagero {
 
+/// An image to read: a file, or bytes that another file contains.
+struct ImageSource {
+    std::string path;                    ///< Path of the file, or the name of the bytes for messages.
+    const std::string* bytes = nullptr;  ///< Bytes of the image; null for a file.
+    std::string user{};                  ///< For messages: what uses the image; empty if its location suffices.
+
+    ImageSource(std::string p, const std::string* b = nullptr, std::string u = {})
+        : path(std::move(p)), bytes(b), user(std::move(u)) {}
+    /// Returns the name of the image for messages.
+    std::string name() const { return '"' + path + '"' + (user.empty() ? "" : " (the image of " + user + ")"); }
+};
+
 /// Reads an image file of any format that OpenImageIO supports, in strips of rows from the top. sRGB-encoded images are
 /// decoded to linear values; EXR and other float images are linear. Grey becomes RGB, and alpha is ignored. At no time
 /// does memory contain a copy of the whole image in another precision.
 class ImageReader {
 public:
     /// Opens a file. Throws InputError at `location` if the file is missing or unreadable, or does not fit into memory.
-    ImageReader(const std::string& path, const FileLocation& location);
+    ImageReader(ImageSource source, const FileLocation& location);
     /// Returns the image, of which the first `rows_read` rows are complete. The addresses of its pixels do not change.
     const StoredImage& image() const { return image_; }
     int rows_read() const { return rows_read_; }
@@ -31,7 +43,7 @@ private:
     /// Throws InputError with the position of a pixel that is not finite.
     [[noreturn]] void refuse_pixel(std::size_t index) const;
 
-    std::string path_;
+    ImageSource source_;
     FileLocation location_;
     std::unique_ptr<ImageFile> file_;
     StoredImage image_;
@@ -39,6 +51,6 @@ private:
 };
 
 /// Reads a whole image file with an ImageReader.
-StoredImage read_image(const std::string& path, const FileLocation& location);
+StoredImage read_image(const ImageSource& source, const FileLocation& location);
 
 }  // namespace kagero

@@ -30,9 +30,49 @@ std::string extension_of(const std::string& path) {
     return extension;
 }
 
-FileMesh read_file(const ObjectDescription& object) {
+/// Rounds coordinates to single precision, in which most programs write and read mesh files. A coordinate that is too
+/// large for it is not rounded.
+void round_to_single_precision(std::vector<double>& coordinates) {
+    for (double& coordinate : coordinates)
+        if (std::abs(coordinate) <= double(std::numeric_limits<float>::max())) coordinate = double(float(coordinate));
+}
+
+/// Removes triangles without area and returns their number. `materials` has an entry for each triangle, or none.
+std::size_t remove_degenerate(const std::vector<double>& vertices, std::vector<std::uint32_t>& triangles,
+                              std::vector<std::uint32_t>& materials) {
+    const auto point = [&](std::uint32_t index) {
+        const double* v = &vertices[3 * std::size_t{index}];
+        return Double3{v[0], v[1], v[2]};
+    };
+    std::vector<std::uint32_t> kept, kept_materials;
+    for (std::size_t i = 0; i < triangles.size(); i += 3) {
+        const std::uint32_t* corner = &triangles[i];
+        const Double3 a = subtract(point(corner[1]), point(corner[0]));
+        const Double3 b = subtract(point(corner[2]), point(corner[0]));
+        // Twice the area, in units of the squared longest edge. Values below the rounding error of the cross product
+        // count as zero.
+        const double longest = std::max({length(a), length(b), length(subtract(b, a))});
+        const double doubled_area = longest > 0 ? length(cross(scaled(a, 1 / longest), scaled(b, 1 / longest))) : 0;
+        if (!(doubled_area > 4 * std::numeric_limits<double>::epsilon())) continue;
+        kept.insert(kept.end(), corner, corner + 3);
+        if (!materials.empty()) kept_materials.push_back(materials[i / 3]);
+    }
+    const std::size_t removed = (triangles.size() - kept.size()) / 3;
+    triangles = std::move(kept);
+    materials = std::move(kept_materials);
+    return removed;
+}
+
+std::string remark_on_degenerate(std::size_t count) {
+    return std::to_string(count) + " triangles without area were left out";
+}
+
+FileMesh read_any_format(const ObjectDescription& object) {
     // The message of an InputError is its location and the text, which is the name of the key here.
-    MeshSource source{object.file, {}, InputError(object.file_location, "object." + object.name + ".file").what()};
+    MeshSource source{object.file,
+                      {},
+                      InputError(object.file_location, "object." + object.name + ".file").what(),
+                      object.has_file_materials};
     std::ifstream file(object.file, std::ios::binary);
     if (!file) refuse(object, "the file cannot be read: it cannot be opened");
     source.bytes.assign(std::istreambuf_iterator<char>(file), {});
@@ -42,13 +82,6 @@ FileMesh read_file(const ObjectDescription& object) {
     if (extension == ".obj") return read_obj(source);
     if (!is_ply(source)) refuse(object, "the file cannot be read: a PLY file must begin with the word ply");
     return read_ply(source);
-}
-
-/// Rounds coordinates to single precision, in which most programs write and read mesh files. A coordinate that is too
-/// large for it is not rounded.
-void round_to_single_precision(std::vector<double>& coordinates) {
-    for (double& coordinate : coordinates)
-        if (std::abs(coordinate) <= double(std::numeric_limits<float>::max())) coordinate = double(float(coordinate));
 }
 
 /// Scales normals to unit length. Normals that are zero remain zero.
@@ -101,24 +134,6 @@ void transform_to_space(const ObjectDescription& object, const Double3& space_ce
     }
 }
 
-/// Removes triangles without area and returns their number.
-std::size_t remove_degenerate(TriangleMesh& mesh) {
-    std::vector<std::uint32_t> kept;
-    for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
-        const std::uint32_t* corner = &mesh.triangles[i];
-        const Double3 a = subtract(vertex(mesh, corner[1]), vertex(mesh, corner[0]));
-        const Double3 b = subtract(vertex(mesh, corner[2]), vertex(mesh, corner[0]));
-        // Twice the area, in units of the squared longest edge. Values below the rounding error of the cross product
-        // count as zero.
-        const double longest = std::max({length(a), length(b), length(subtract(b, a))});
-        const double doubled_area = longest > 0 ? length(cross(scaled(a, 1 / longest), scaled(b, 1 / longest))) : 0;
-        if (doubled_area > 4 * std::numeric_limits<double>::epsilon()) kept.insert(kept.end(), corner, corner + 3);
-    }
-    const std::size_t removed = (mesh.triangles.size() - kept.size()) / 3;
-    mesh.triangles = std::move(kept);
-    return removed;
-}
-
 /// Returns a bound on the displacement of vertices by rounding to single precision, relative to the size of the mesh.
 double relative_rounding(const TriangleMesh& mesh) {
     double size = 0, farthest = 0;
@@ -136,29 +151,41 @@ double relative_rounding(const TriangleMesh& mesh) {
 
 }  // namespace
 
+FileMesh read_mesh_file(const ObjectDescription& object) {
+    FileMesh mesh = read_any_format(object);
+    round_to_single_precision(mesh.vertices);
+    if (!object.has_file_materials) return mesh;
+    const std::size_t degenerate = remove_degenerate(mesh.vertices, mesh.triangles, mesh.material_of_triangle);
+    if (degenerate > 0) mesh.remarks.push_back(remark_on_degenerate(degenerate));
+    return mesh;
+}
+
 TriangleMesh load_mesh(const ObjectDescription& object, const Double3& space_center,
                        std::vector<std::string>& remarks) {
-    FileMesh file = read_file(object);
-    round_to_single_precision(file.vertices);
+    FileMesh file = object.part ? part_of(*object.part->file, object.part->material) : read_mesh_file(object);
     TriangleMesh mesh{std::move(file.vertices), std::move(file.triangles), {}, {}};
     if (file.has_normals) mesh.normals = unit_normals(std::move(file.normals));
     if (file.has_uv) mesh.uv = std::move(file.uv);
     constexpr double visible_displacement = 1e-3;  // relative to the size of the mesh
     const double displacement = relative_rounding(mesh);
     transform_to_space(object, space_center, mesh);
-    const std::size_t degenerate = remove_degenerate(mesh);
-    if (mesh.triangles.empty()) refuse(object, "the file has no triangle with a nonzero area");
+    const std::size_t degenerate = remove_degenerate(mesh.vertices, mesh.triangles, file.material_of_triangle);
+    if (mesh.triangles.empty())
+        refuse(object, object.part ? "no triangle with " + object.part->file->materials[object.part->material].name +
+                                         " has a nonzero area"
+                                   : "the file has no triangle with a nonzero area");
     const std::string prefix = "object " + object.name + ": ";
     for (const std::string& remark : file.remarks) remarks.push_back(prefix + remark);
-    if (degenerate > 0)
-        remarks.push_back(prefix + std::to_string(degenerate) + " triangles without area were left out");
+    if (degenerate > 0) remarks.push_back(prefix + remark_on_degenerate(degenerate));
     if (file.points_and_lines > 0)
         remarks.push_back(prefix + std::to_string(file.points_and_lines) + " points or lines were left out");
-    if (mesh.uv.empty() && object.paint.kind != Paint::Kind::color) {
+    const bool has_texture =
+        object.paint.kind != Paint::Kind::color || (object.emission && object.emission->kind != Paint::Kind::color);
+    if (mesh.uv.empty() && has_texture) {
         remarks.push_back(prefix +
                           "the file has no texture coordinates, so the whole mesh gets the colour of the texture or "
                           "checker at u = v = 0");
-    } else if (file.vertices_without_uv > 0 && object.paint.kind != Paint::Kind::color) {
+    } else if (file.vertices_without_uv > 0 && has_texture) {
         remarks.push_back(prefix + std::to_string(file.vertices_without_uv) +
                           " vertices without texture coordinates get the colour of the texture or checker at "
                           "u = v = 0");

@@ -1,9 +1,14 @@
 /// Triangle meshes from OBJ, PLY and glTF files.
 #pragma once
 
+#include "geometry/files/mesh_file.h"
 #include "geometry/shapes.h"
 
 namespace kagero {
+
+/// Reads the mesh file of an object. If the object has the materials of its file, they are read too, and triangles
+/// without area are left out. Throws InputError if it cannot be read.
+FileMesh read_mesh_file(const ObjectDescription& object);
 
 /// Loads the mesh of an object: reads the file, checks it, and applies scale, rotation about x, y and z, and
 /// translation. In the result, all vertices are finite and all indices are in range. Triangles without area are left

@@ -1,5 +1,6 @@
 #include <kagero/picture.h>
 
+#include "film/standard_error.h"
 #include "film/write_film.h"
 #include "library/picture_content.h"
 #include "report/run_json.h"
@@ -55,6 +56,8 @@ std::uint64_t Picture::rays() const {
 double Picture::seconds() const {
     return content_->report.seconds;
 }
+
+StandardError Picture::standard_error() const { return summarize_standard_error(content_->film); }
 
 void Picture::write(const std::string& path) const {
     check_writable(path, layers(), width(), height());

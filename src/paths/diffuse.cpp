@@ -39,11 +39,15 @@ Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward) {
     const Float3 color =
         plan.scene->paints->surface_color(point.surface, point.primitive, position_in_space(plan, point), toward);
+    const ObjectDescription& object = plan.description().objects[point.surface];
+    const Float3 emission = object.emission ? plan.scene->paints->emission_color(point.surface, point.primitive,
+                                                                                 position_in_space(plan, point))
+                                            : color;
+    const double strength = object.emission ? 1 : object.emission_strength;
     DiffuseColor result;
-    const double strength = plan.description().objects[point.surface].emission_strength;
     for (std::size_t k = 0; k < 3; ++k) {
         result.albedo[k] = double(color[k]);
-        result.emission[k] = strength * double(color[k]);
+        result.emission[k] = strength * double(emission[k]);
     }
     return result;
 }
@@ -52,8 +56,22 @@ std::optional<SurfaceFrame> SurfaceFrame::at(const Plan& plan, const DiffusePoin
     const Scene& scene = *plan.medium(point.medium).scene;
     SurfaceFrame frame(scene, point);
     frame.normal_ = point.normal;
-    if (null_ray_sign(scene) == 0 || frame.set_from_rays() || frame.set_from_observer()) return frame;
-    return {};
+    if (null_ray_sign(scene) != 0 && !frame.set_from_rays() && !frame.set_from_observer()) return {};
+    frame.set_shading_normal();
+    return frame;
+}
+
+void SurfaceFrame::set_shading_normal() {
+    shading_normal_ = normal_;
+    if (point_.shading_normal == point_.normal) return;
+    if (map_) shading_normal_ = normal_in_frame(*map_, point_.shading_normal);
+    else if (!has_covectors_) shading_normal_ = point_.shading_normal;
+    else {
+        const Double3 components = solve_columns(covectors_, point_.shading_normal);
+        shading_normal_ = {};
+        for (std::size_t b = 0; b < 3; ++b) shading_normal_ = add(shading_normal_, scaled(axes_[b], components[b]));
+        shading_normal_ = unit(shading_normal_);
+    }
 }
 
 // H is quadratic in the momentum: ∂H/∂p = γ (p − c) with the spatial block γ of the inverse metric and the vector c of
@@ -155,12 +173,17 @@ ScatteredDirection Scatterer::scatter(const DiffusePoint& point, const SurfaceFr
     constexpr double light_share = 0.5;
     const std::array<double, 2> square = sample_square(ray, RandomChoice::direction, bounce);
     const LightProposals* proposals = plan_.scene->lights.get();
-    if (!proposals || proposals->empty() || !lights_.set(*proposals, position_in_space(plan_, point), frame.normal()))
-        return {cosine_direction(frame.normal(), square), 1};
+    const Double3& normal = frame.shading_normal();
+    const auto is_outward = [&](const Double3& direction) { return dot(direction, frame.normal()) > 0; };
+    if (!proposals || proposals->empty() || !lights_.set(*proposals, position_in_space(plan_, point), normal)) {
+        const Double3 direction = cosine_direction(normal, square);
+        return {direction, is_outward(direction) ? 1.0 : 0.0};
+    }
     const double number = sample_number(ray, RandomChoice::strategy, bounce);
-    const Double3 direction = number < light_share ? lights_.direction(number / light_share, square)
-                                                   : cosine_direction(frame.normal(), square);
-    const double scattered = std::max(0.0, dot(direction, frame.normal())) / std::numbers::pi;
+    const Double3 direction =
+        number < light_share ? lights_.direction(number / light_share, square) : cosine_direction(normal, square);
+    if (!is_outward(direction)) return {direction, 0};
+    const double scattered = std::max(0.0, dot(direction, normal)) / std::numbers::pi;
     const double density = light_share * lights_.density(direction) + (1 - light_share) * scattered;
     return {direction, scattered / density};
 }

@@ -14,6 +14,9 @@ struct DiffusePoint {
     std::uint32_t surface = 0, primitive = 0;  ///< The surface, and its triangle.
     Double3 position{};                        ///< In the coordinates of the medium.
     Double3 normal{};                          ///< Unit normal in coordinates, toward the side of the ray.
+    /// Unit normal that determines the brightness, on the same side: it is interpolated between the vertex normals of a
+    /// mesh. Without them, it is `normal`.
+    Double3 shading_normal{};
     double pt = 0;                             ///< p_t of the ray, scaled to |p_t| = 1.
 };
 
@@ -22,7 +25,8 @@ struct DiffuseColor {
     Double3 albedo{}, emission{};
 };
 
-/// Returns the colour of a diffuse surface at a point. `toward` is the unit direction of the ray at its end.
+/// Returns the colour of a diffuse surface, or of a mirror of a mesh file, at a point. `toward` is the unit direction
+/// of the ray at its end.
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward);
 
 /// The frame in which a diffuse surface is at rest, at one point. In a spacetime, it is the rest frame of the static
@@ -34,11 +38,15 @@ public:
 
     /// Returns the unit normal toward the side of the ray, in the axes of the frame.
     const Double3& normal() const { return normal_; }
+    /// Returns the unit shading normal, in the axes of the frame.
+    const Double3& shading_normal() const { return shading_normal_; }
     /// Returns the start of the ray that leaves the surface in a unit direction of the frame.
     RayStart start_along(const Double3& direction) const;
 
 private:
     SurfaceFrame(const Scene& scene, const DiffusePoint& point) : scene_(scene), point_(point) {}
+    /// Sets the shading normal of a frame whose other members are set.
+    void set_shading_normal();
     /// Sets the frame of a spacetime from the velocities of three rays, which takes a tenth of the time of an
     /// observer's rest frame. Returns false if not all of these rays exist, or if no matter can be at rest.
     bool set_from_rays();
@@ -52,7 +60,7 @@ private:
     std::array<Double3, 3> axes_{}, covectors_{};
     Double3 offset_{};
     bool has_covectors_ = false;
-    Double3 normal_{};
+    Double3 normal_{}, shading_normal_{};
 };
 
 /// Returns the unit direction around a normal that belongs to a point in the unit square. Points that fill the square
@@ -61,7 +69,8 @@ private:
 Double3 cosine_direction(const Double3& normal, const std::array<double, 2>& point);
 
 /// A direction into which a surface scatters a ray, and the factor of the light from there: cos θ/π, divided by the
-/// probability of the direction per solid angle.
+/// probability of the direction per solid angle. θ is the angle from the shading normal. The factor is 0 for directions
+/// into the surface, which the normal of the triangle determines.
 struct ScatteredDirection {
     Double3 direction{};
     double factor = 1;

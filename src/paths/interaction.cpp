@@ -104,15 +104,28 @@ std::span<const SurfaceInteraction> InteractionSolver::solve(std::span<const Ray
     add_branches(hits, false);
     compute_continuations();
     for (std::size_t i = 0; i < hits.size(); ++i) {
-        interactions_[i] = {};
+        interactions_[i].reset();
         interactions_[i].frequency = crossings_[i].scale;
         const SurfaceRay& ray = reflected_[i];
         if (!crossings_[i].is_diffuse) set_interaction(hits[i], crossings_[i], interactions_[i]);
-        else
-            interactions_[i].diffuse = DiffusePoint{hits[i].medium,   hits[i].end->surface,  hits[i].end->primitive,
-                                                    vector_of(ray.q), vector_of(ray.normal), ray.pt};
+        else interactions_[i].diffuse = diffuse_point(hits[i], ray);
     }
     return interactions_;
+}
+
+DiffusePoint InteractionSolver::diffuse_point(const RayAtSurface& hit, const SurfaceRay& ray) const {
+    DiffusePoint point{hit.medium,
+                       hit.end->surface,
+                       hit.end->primitive,
+                       vector_of(ray.q),
+                       vector_of(ray.normal),
+                       vector_of(ray.normal),
+                       ray.pt};
+    const TriangleMesh& mesh = plan_.medium(hit.medium).scene->geometry->objects()[point.surface].mesh;
+    if (mesh.normals.empty()) return point;
+    const Double3 normal = unit(interpolated_normal(mesh, point.primitive, point.position));
+    point.shading_normal = scaled(normal, dot(normal, point.normal) < 0 ? -1 : 1);
+    return point;
 }
 
 SurfaceRay InteractionSolver::locate(const RayAtSurface& hit, Crossing& crossing) const {

@@ -5,12 +5,20 @@
 #include "rays/pixel_rays.h"
 #include "scene/vector3.h"
 
+#include <time.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace kagero {
 namespace {
+
+/// Returns the processor time of this thread. Unlike the time of the clock, it does not depend on other programs.
+std::uint64_t thread_nanoseconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return std::uint64_t(now.tv_sec) * 1'000'000'000 + std::uint64_t(now.tv_nsec);
+}
 
 /// The generations of the rays of one tile.
 class Generations {
@@ -23,7 +31,7 @@ public:
 
     /// Traces the first generation.
     void start() {
-        const auto begin = std::chrono::steady_clock::now();
+        const std::uint64_t begin = thread_nanoseconds();
         const Counters before = counters_.total;
         const RayStart* starts = rays_.list.starts.empty() ? job_.rays : rays_.list.starts.data();
         if (!starts || all_start_in_space(starts)) {
@@ -50,7 +58,7 @@ public:
     /// Traces further generations until no ray continues.
     void follow() {
         for (std::size_t generation = 1; !cancel_(); ++generation) {
-            const auto begin = std::chrono::steady_clock::now();
+            const std::uint64_t begin = thread_nanoseconds();
             const Counters before = counters_.total;
             if (!prepare()) break;
             trace_segments(before, begin, generation);
@@ -76,14 +84,11 @@ private:
         for (PathState& path : rays_.paths) path.medium = medium;
     }
     /// Adds the work of a generation since `begin`, when the counters were `before`.
-    void count(std::size_t generation, std::size_t rays, const Counters& before,
-               std::chrono::steady_clock::time_point begin) {
+    void count(std::size_t generation, std::size_t rays, const Counters& before, std::uint64_t begin) {
         if (counters_.generations.size() <= generation) counters_.generations.resize(generation + 1);
-        const auto elapsed = std::chrono::steady_clock::now() - begin;
-        counters_.generations[generation].add(
-            {rays, counters_.total.active_lane_steps - before.active_lane_steps,
-             counters_.total.issued_lane_steps - before.issued_lane_steps,
-             std::uint64_t(std::chrono::duration_cast<std::chrono::nanoseconds>(elapsed).count())});
+        counters_.generations[generation].add({rays, counters_.total.active_lane_steps - before.active_lane_steps,
+                                               counters_.total.issued_lane_steps - before.issued_lane_steps,
+                                               thread_nanoseconds() - begin});
     }
 
     /// Makes the segments of the next generation from the rays that have just been traced. Returns false if no ray
@@ -92,7 +97,7 @@ private:
     /// Continues the rays of `continuing_`, whose hits are in `hits_`.
     void continue_rays();
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
-    /// Adds the light that a diffuse surface emits to a path. Returns the colour of the surface.
+    /// Adds the light that a surface emits to a path. Returns the colour of the surface.
     DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
     /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends
     /// it.
@@ -101,12 +106,15 @@ private:
     /// probability of its survival, so that the mean of the light does not change.
     bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
     PixelRay pixel_ray_of(std::uint32_t ray) const;
+    static DiffusePoint point_at_end(std::uint32_t medium, const RayEnd& end) {
+        return {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}, {}, end.pt};
+    }
     bool ends_ray(const ObjectDescription& object) const {
         return !sends_light_on(object) || (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
     }
     const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
     /// Traces the segments of all media, and appends them to their paths.
-    void trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin, std::size_t generation);
+    void trace_segments(const Counters& before, std::uint64_t begin, std::size_t generation);
     void trace_group(std::uint32_t medium);
     /// Ends the path of a ray that has hit a surface or left its medium.
     void end_path(std::uint32_t ray, Status status, Failure failure) {
@@ -146,8 +154,8 @@ bool Generations::prepare() {
             if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
             if (!plan_.run.max_bounces || end.status != Status::hit || ends_ray(objects[end.surface])) continue;
             if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
-                if (objects[end.surface].material == Material::diffuse)
-                    add_emission(ray, {medium, end.surface, end.primitive, {end.q[0], end.q[1], end.q[2]}, {}});
+                if (objects[end.surface].material == Material::diffuse || objects[end.surface].emission)
+                    add_emission(ray, point_at_end(medium, end));
                 rays_.ends[ray].cut_off = true;
                 end_path(ray, Status::step_limit, Failure::none);
                 continue;
@@ -229,8 +237,9 @@ void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& inte
     const double share = choice_ == BranchChoice::sampled ? 1 : branch->share;
     const bool is_transmitted = interaction.transmitted && branch == &*interaction.transmitted;
     const double radiance = is_transmitted ? indices_.radiance_ratio(ray, path.medium, interaction) : branch->radiance;
-    for (std::size_t k = 0; k < 3; ++k)
-        path.weight[k] *= share * radiance * plan_.description().objects[end.surface].tint[k];
+    const ObjectDescription& object = plan_.description().objects[end.surface];
+    const Double3 tint = object.emission ? add_emission(ray, point_at_end(path.medium, end)).albedo : object.tint;
+    for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= share * radiance * tint[k];
     path.frequency *= interaction.frequency;
     path.surfaces = (path.surfaces ^ (2 * std::uint64_t{end.surface} + is_transmitted + 1)) * 0x9e3779b97f4a7c15u;
     ++path.bounces;
@@ -239,8 +248,7 @@ void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& inte
     next_[branch->medium].add(ray, start_of(plan_, *branch));
 }
 
-void Generations::trace_segments(const Counters& before, std::chrono::steady_clock::time_point begin,
-                                 std::size_t generation) {
+void Generations::trace_segments(const Counters& before, std::uint64_t begin, std::size_t generation) {
     std::size_t rays = 0;
     for (std::uint32_t medium = 0; medium < next_.size() && !cancel_(); ++medium) {
         rays += next_[medium].rays.size();

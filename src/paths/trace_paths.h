@@ -27,7 +27,7 @@ struct TracedRays {
 /// The work for one generation of rays.
 struct GenerationCount {
     std::uint64_t rays = 0, active_lane_steps = 0, issued_lane_steps = 0;
-    std::uint64_t nanoseconds = 0;  ///< Time for the interactions and the tracing.
+    std::uint64_t nanoseconds = 0;  ///< Processor time for the interactions and the tracing.
 
     void add(const GenerationCount& other);
 };

@@ -108,7 +108,7 @@ bool CellShader::shade_sky(const RayCell& cell, ShadedCell& shaded) const {
         for (std::size_t i = 0; i < 9; ++i) set(cell.nodes[i], coordinates.nodes[i]);
         for (std::size_t i = 0; i < 4; ++i) set(cell.tests[i], coordinates.tests[i]);
     }
-    if (!set_pattern(cell, {sky.paint, repeat_along_u, true}, coordinates, shaded)) return false;
+    if (!set_pattern(cell, {sky.paint, repeat_along_u, true, true}, coordinates, shaded)) return false;
     plan_.module().shading.shade_cell(&shaded);
     return true;
 }
@@ -134,7 +134,8 @@ bool CellShader::shade_surface(const RayCell& cell, ShadedCell& shaded) const {
             for (std::size_t i = 0; i < 9; ++i) set(cell.nodes[i], coordinates.nodes[i]);
             for (std::size_t i = 0; i < 4; ++i) set(cell.tests[i], coordinates.tests[i]);
         }
-        const Pattern pattern{paint, edges_on(shape), shape == Shape::sphere};
+        const bool on_sphere = shape == Shape::sphere, has_angle = on_sphere || shape == Shape::disk;
+        const Pattern pattern{paint, edges_of(object, paint), has_angle, on_sphere};
         if (!set_pattern(cell, pattern, coordinates, shaded)) return false;
     }
     if (!set_lights(cell, shaded)) return false;
@@ -148,8 +149,9 @@ bool CellShader::set_pattern(const RayCell& cell, const Pattern& pattern, Coordi
     std::copy(paint.color.begin(), paint.color.end(), shaded.color);
     if (!has_pattern(pattern.paint)) return true;
     auto& nodes = coordinates.nodes;
-    const bool is_periodic = pattern.edges.along_u == BeyondEdge::repeat && pattern.edges.along_v == BeyondEdge::clamp;
-    if (is_periodic) {
+    const auto [along_u, along_v] = pattern.edges;
+    if (along_u == BeyondEdge::mirror || along_v == BeyondEdge::mirror) return false;
+    if (pattern.has_angle) {
         for (ChartPoint& node : nodes) unwrap(node.u, coordinates.nodes[4].u);
         for (ChartPoint& test : coordinates.tests) unwrap(test.u, coordinates.nodes[4].u);
         if (!are_coordinates_accurate(cell, coordinates)) return false;
@@ -158,19 +160,19 @@ bool CellShader::set_pattern(const RayCell& cell, const Pattern& pattern, Coordi
     if (!pattern.paint.image) {
         // Around a sphere or disk, the colours alternate only if the number of squares is even.
         const double columns = paint.checker[0], rows = paint.checker[1];
-        if (is_periodic && std::fmod(columns, 2) != 0) return false;
+        if (pattern.has_angle && std::fmod(columns, 2) != 0) return false;
         for (std::size_t i = 0; i < 9; ++i) x[i] = nodes[i].u * columns;
         for (std::size_t i = 0; i < 9; ++i) y[i] = nodes[i].v * rows;
         set_positions(x, 2, shaded.x, shaded.base[0]);
         set_positions(y, 2, shaded.y, shaded.base[1]);
         constexpr double unlimited = 1e30;
-        const bool ends_x = pattern.edges.along_u == BeyondEdge::clamp,
-                   ends_y = pattern.edges.along_v == BeyondEdge::clamp;
+        const bool ends_x = along_u == BeyondEdge::clamp, ends_y = along_v == BeyondEdge::clamp;
         shaded.has_checker = true;
         shaded.checker = {{ends_x ? 0 : -unlimited, ends_y ? 0 : -unlimited},
                           {ends_x ? columns : unlimited, ends_y ? rows : unlimited}};
         return true;
     }
+    if (paint.factor != Double3{1, 1, 1}) return false;  // cells have no factor for the colours of images
     shaded.image = pattern.paint.levels->levels(pattern.edges);
     const ImageLevel& image = shaded.image.levels[0];
     for (std::size_t i = 0; i < 9; ++i) x[i] = nodes[i].u * image.width - 0.5;

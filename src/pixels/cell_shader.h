@@ -23,11 +23,11 @@ public:
     bool shade(const RayCell& cell) const;
 
 private:
-    /// A pattern: the paint, its continuation beyond the edges, and whether it covers a sphere.
+    /// A pattern: the paint, its continuation beyond the edges, whether u is an angle, and whether it covers a sphere.
     struct Pattern {
         const LoadedPaint& paint;
         Edges edges;
-        bool on_sphere;
+        bool has_angle, on_sphere;
     };
     /// Texture coordinates of the nodes and test rays, and their gradients at the test rays.
     struct Coordinates {

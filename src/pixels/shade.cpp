@@ -165,7 +165,7 @@ double greatest_error(const Pixel& pixel, double EndError::*error) {
 /// Returns the number of the object that the pixel's first ray hits, counted from 1; 0 without a hit.
 double object_of(const Pixel& pixel) {
     const RayEnd& end = *pixel.rays.front().end;
-    return end.status == Status::hit ? end.surface + 1 : 0;
+    return end.status == Status::hit ? pixel.plan.description().objects[end.surface].scene_index + 1 : 0;
 }
 
 /// Returns the mean of a length over the rays of a pixel, in scene units.

@@ -75,8 +75,9 @@ std::string reason_against_angles(const Scene& scene, const HamiltonianInfo& pro
     if (!properties.orbit_method)
         return std::string("it is not the default of the space; integrator.method = \"") + method + "\" selects it";
     if (!scene.description.integrator.use_symmetry) return no_symmetry;
-    if (has_material(scene.description, Material::diffuse) && !scene.description.integrator.method_location)
-        return "diffuse surfaces scatter rays into almost radial directions, whose steps in the angle are too long";
+    if (has_rays_from_surfaces(scene.description) && !scene.description.integrator.method_location)
+        return "rays leave surfaces in all directions, also almost radially: one step of the angle can then pass a "
+               "small surface";
     if (method_from_trial) return "the trial found that the general path is cheaper";
     return "the scene states a method for the general path, or a step, a tolerance or a rescaling";
 }

@@ -74,6 +74,15 @@ void remark_on_shutter(const SceneDescription& scene, std::vector<std::string>& 
 /// Greatest number of steps that float can count: it represents all whole numbers up to 2^24.
 constexpr std::uint32_t max_float_steps = 1u << 24;
 
+/// Returns true if a part of an object of the scene file lies within the escape radius.
+bool comes_within(const Scene& scene, std::uint32_t scene_index) {
+    const std::vector<ObjectDescription>& objects = scene.description.objects;
+    for (std::uint32_t i = 0; i < objects.size(); ++i)
+        if (objects[i].scene_index == scene_index && scene.geometry->comes_within(i, scene.limits.escape_radius))
+            return true;
+    return false;
+}
+
 /// Returns remarks about settings that have no effect and objects that are not visible.
 std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Purpose purpose) {
     const SceneDescription& description = scene.description;
@@ -101,7 +110,8 @@ std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Pu
     if (is_picture && description.camera.shutter > 0) remark_on_shutter(description, remarks);
     for (std::size_t i = 0; i < description.objects.size(); ++i) {
         const ObjectDescription& object = description.objects[i];
-        if (!scene.geometry->comes_within(static_cast<std::uint32_t>(i), scene.limits.escape_radius))
+        const bool is_first_part = i == 0 || object.scene_index != description.objects[i - 1].scene_index;
+        if (is_first_part && !comes_within(scene, object.scene_index))
             add_remark("object." + object.name + " is not visible: it lies beyond integrator.escape_radius = " +
                        plain_number(integrator.escape_radius * scene.unit) +
                        ", where rays end; increase this radius to see it");

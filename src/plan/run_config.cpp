@@ -35,14 +35,14 @@ bool states_no_accuracy(const IntegratorDescription& stated) {
     return !stated.method_location && !stated.step_location && !stated.tolerance_location;
 }
 
-/// Returns true if a method for the orbit plane is the default of the space, but not of the scene. Diffuse surfaces
-/// send rays into all directions. An almost radial ray passes to infinity within one step of the angle, which can hide
-/// a surface on the way.
+/// Returns true if a method for the orbit plane is the default of the space, but not of the scene. Surfaces that send
+/// light on send rays into all directions. An almost radial ray passes to infinity within one step of the angle, which
+/// can hide a surface on the way.
 bool excludes_orbit_method(const Scene& scene, Purpose purpose) {
     const IntegratorDescription& stated = scene.description.integrator;
     const std::uint32_t method = integrator_index(scene.module(), stated.method);
     return purpose == Purpose::picture && !stated.method_location && scene.module().integrators[method].angular &&
-           has_material(scene.description, Material::diffuse);
+           has_rays_from_surfaces(scene.description);
 }
 
 std::uint32_t choose_integrator(const Scene& scene, Purpose purpose) {

@@ -3,6 +3,7 @@
 #include "error.h"
 #include "film/film.h"
 #include "formula/nodes.h"
+#include "geometry/file_materials.h"
 #include "modules/modules.h"
 #include "plan/names.h"
 #include "plan/units.h"
@@ -192,6 +193,7 @@ Catalogue catalogue(const std::string& isa) {
 std::shared_ptr<const Scene> make_scene(SceneDescription description, const Options& options, Purpose purpose,
                                         const Scene* earlier) {
     const Module& module = load_module(options.isa);
+    divide_by_material(description, earlier ? &earlier->description : nullptr);
     const double unit = length_unit(description);
     convert_lengths(description, module, unit);
     if (earlier && earlier->unit != unit) earlier = nullptr;
@@ -211,6 +213,10 @@ std::shared_ptr<const Scene> make_scene(SceneDescription description, const Opti
         scene->media.push_back(load_space(description_in_medium(s, s.media[i]), module, unit, scene.get(), options,
                                           Purpose::ray_list, earlier ? earlier->media[i].get() : nullptr));
     return scene;
+}
+
+bool has_rays_from_surfaces(const SceneDescription& scene) {
+    return std::any_of(scene.objects.begin(), scene.objects.end(), sends_light_on);
 }
 
 double scene_size(const Scene& scene) {

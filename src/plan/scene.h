@@ -86,6 +86,9 @@ double null_ray_sign(const Scene& scene);
 /// Returns true if the surface of an object sends light on, so that rays continue there.
 inline bool sends_light_on(const ObjectDescription& object) { return object.material != Material::surface; }
 
+/// Returns true if the surface of any object sends light on. Rays then start on surfaces, in all directions.
+bool has_rays_from_surfaces(const SceneDescription& scene);
+
 /// Returns true if the scene states an expression for Ω and its rays bend. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);
 

@@ -89,7 +89,7 @@ py::tuple render_scene_plans(const SharedScene& scene, const Texts& layers, cons
     std::vector<Warning> warnings = warnings_of_trial(*done.plan);
     warnings.insert(warnings.end(), done.warnings.begin(), done.warnings.end());
     py::dict facts = run_facts(*done.plan, done.report, warnings);
-    facts["json"] = render_json(*done.plan, done.report, nullptr, 0, done.warnings);
+    facts["json"] = render_json(*done.plan, done.report, &*done.film, 0, done.warnings);
     return py::make_tuple(arrays_of(*done.film), facts);
 }
 

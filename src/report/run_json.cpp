@@ -2,6 +2,7 @@
 
 #include "accuracy/timing.h"
 #include "error.h"
+#include "film/standard_error.h"
 #include "plan/names.h"
 #include "render/operation_count.h"
 #include "report/formula_code.h"
@@ -86,23 +87,15 @@ Json integrals_of_ends(const std::vector<RayEnd>& ends, double RayEnd::*number) 
     return numbers;
 }
 
-/// Returns the root mean square and the greatest value of the standard errors of all components of the colour, and the
-/// root mean square divided by the mean colour. Null where they are not known: with one ray per pixel, or in the dark.
+/// Returns a number, or null if it is NaN.
+Json number_or_null(double number) { return std::isnan(number) ? Json() : Json(number); }
+
+/// Returns the summary of the layer `standard_error`. Numbers that are not known are null.
 Json standard_error_json(const Film& film) {
-    const std::size_t count = 3 * std::size_t{film.width()} * film.height();
-    const float *errors = film.plane("standard_error"), *colors = film.plane("color");
-    double square = 0, greatest = 0, light = 0;
-    std::size_t known = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!std::isfinite(errors[i])) continue;
-        ++known;
-        square += double(errors[i]) * double(errors[i]);
-        greatest = std::max(greatest, double(errors[i]));
-        if (colors) light += double(colors[i]);
-    }
-    if (known == 0) return {{"rms", nullptr}, {"max", nullptr}, {"relative", nullptr}};
-    const double rms = std::sqrt(square / double(known));
-    return {{"rms", rms}, {"max", greatest}, {"relative", light > 0 ? Json(rms * double(known) / light) : Json()}};
+    const StandardError summary = summarize_standard_error(film);
+    return {{"rms", number_or_null(summary.rms)},
+            {"max", number_or_null(summary.max)},
+            {"relative", number_or_null(summary.relative)}};
 }
 
 }  // namespace

@@ -45,8 +45,11 @@ const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t i
 }
 
 bool has_material(const SceneDescription& scene, Material material) {
-    return std::any_of(scene.objects.begin(), scene.objects.end(),
-                       [&](const ObjectDescription& object) { return object.material == material; });
+    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const ObjectDescription& object) {
+        const bool is_open = object.has_file_materials && !object.states_material && !object.part;
+        return object.material == material ||
+               (is_open && (material == Material::diffuse || material == Material::mirror));
+    });
 }
 
 bool uses_medium(const SceneDescription& scene, std::uint32_t index) {

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -155,6 +156,10 @@ struct FilmDescription {
     double max_interpolation_error = 0.25;  ///< Bound on the error of interpolated ray ends, in pixels.
 };
 
+/// Continuation of an image beyond its edges: repetitions of the image, the texels at the edges, or repetitions of
+/// which every second one is mirrored.
+enum class BeyondEdge { repeat, clamp, mirror };
+
 /// The paint of a surface or a sky.
 struct Paint {
     enum class Kind { color, texture, checker };
@@ -163,6 +168,11 @@ struct Paint {
     std::string texture;               ///< Absolute path of an image.
     std::array<double, 2> checker{8, 8};  ///< Numbers of squares along u and v.
     FileLocation location;
+    // The other members differ from their defaults only in paints of mesh files.
+    Double3 factor{1, 1, 1};                                                ///< Factor of the colours of an image.
+    BeyondEdge along_u = BeyondEdge::repeat, along_v = BeyondEdge::repeat;  ///< Continuations of the image on a mesh.
+    std::shared_ptr<const std::string> image{};  ///< Bytes of an image that a mesh file contains; `texture` names it.
+    std::string user{};                          ///< For messages: the material and the mesh file that use the image.
 };
 
 /// The table [sky] or [sky.far].
@@ -190,7 +200,16 @@ enum class Fresnel { automatic, transmit, none };
 /// Returns "auto", "transmit", "none": the names of the values of Fresnel in scene files, in the same order.
 const std::vector<std::string>& fresnel_names();
 
-/// One table [[object]].
+struct FileMesh;
+
+/// The triangles of a mesh file that have one of its materials.
+struct MeshPart {
+    std::shared_ptr<const FileMesh> file;  ///< The content of the mesh file.
+    std::uint32_t material = 0;            ///< Index of the material in the file.
+};
+
+/// One table [[object]], or a part of one: an object with materials = "file" is divided into one part for each material
+/// of its file (geometry/file_materials.h).
 struct ObjectDescription {
     std::string name;
     Shape shape{};
@@ -213,6 +232,11 @@ struct ObjectDescription {
     Fresnel fresnel = Fresnel::automatic;      // boundary
     Double3 tint{1, 1, 1};                     // mirror, boundary: factor for the light
     double emission_strength = 0;              // diffuse: the surface emits its colour times this
+    bool has_file_materials = false;           // mesh: materials = "file"
+    bool states_material = false;              // mesh with materials = "file": the scene states material = "surface"
+    std::optional<MeshPart> part;              // set only in parts of meshes
+    std::optional<Paint> emission;             // part: the light that it emits; if empty, see emission_strength
+    std::uint32_t scene_index = 0;             // index of the table in the scene file
     /// Positions of the keys; that of the object if the scene does not state the key.
     FileLocation material_location, interior_location, exterior_location;
     FileLocation location;
@@ -261,7 +285,7 @@ struct SceneDescription {
 /// Returns the name of the medium with this index: "space" for 0.
 const std::string& name_of_medium(const SceneDescription& scene, std::uint32_t index);
 
-/// Returns true if an object of the scene has this material.
+/// Returns true if an object of the scene has this material, or if it may get it from a mesh file.
 bool has_material(const SceneDescription& scene, Material material);
 
 /// Returns true if the object or the camera of a scene states the medium with this index.

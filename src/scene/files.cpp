@@ -4,7 +4,7 @@ namespace kagero {
 namespace {
 
 void add_texture(const Paint& paint, const std::string& name, std::vector<NamedFile>& files) {
-    if (!paint.texture.empty()) files.emplace_back("the texture of " + name, paint.texture);
+    if (!paint.texture.empty() && !paint.image) files.emplace_back("the texture of " + name, paint.texture);
 }
 
 }  // namespace
@@ -17,6 +17,7 @@ std::vector<NamedFile> files_of(const SceneDescription& scene) {
         const std::string name = "object." + object.name;
         add_texture(object.paint, name, files);
         for (const Paint& face : object.faces) add_texture(face, name, files);
+        if (object.emission) add_texture(*object.emission, name, files);
         files.emplace_back("the mesh of " + name, object.file);
     }
     return files;

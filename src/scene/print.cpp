@@ -110,6 +110,14 @@ void print_object(std::ostringstream& out, const SceneDescription& scene, const 
     line("name", object.name);
     line("shape", shape_names()[static_cast<std::size_t>(object.shape)]);
     print_shape(line, object);
+    if (object.shape == Shape::mesh && object.has_file_materials) {
+        line("materials", std::string("file"));
+        if (!object.states_material) return;
+        line("material", std::string("surface"));
+        line("shading", std::string(object.shading == Shading::lambert ? "lambert" : "emission"));
+        return;
+    }
+    if (object.shape == Shape::mesh) line("materials", std::string("scene"));
     const bool is_diffuse = object.material == Material::diffuse;
     if (object.material != Material::surface && !is_diffuse) {
         print_material(line, scene, object);

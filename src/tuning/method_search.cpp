@@ -279,7 +279,7 @@ void MethodSearch::run() {
         const auto variant = find_variant(plan_, name, Strategy::packet, precision_, 0);
         if (is_stated || own == name || !variant) continue;
         if (only_adaptive && !info_of(plan_, *variant).adaptive) continue;
-        const bool uses_orbit_plane = plan_.run.use_symmetry && !has_material(plan_.description(), Material::diffuse);
+        const bool uses_orbit_plane = plan_.run.use_symmetry && !has_rays_from_surfaces(plan_.description());
         if (info_of(plan_, *variant).angular && !uses_orbit_plane) continue;
         try_method(name);
     }

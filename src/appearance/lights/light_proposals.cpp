@@ -16,11 +16,13 @@ double luminance_of_paint(const LoadedPaint& paint) {
     if (paint.paint.kind != Paint::Kind::texture) return luminance_of_color(paint.paint.color);
     if (!paint.coarser || paint.coarser->empty()) return 0;
     const std::vector<float>& rgb = paint.coarser->back().rgb;
-    return luminance_of_color({double(rgb[0]), double(rgb[1]), double(rgb[2])});
+    const Double3& factor = paint.paint.factor;
+    return luminance_of_color({factor[0] * double(rgb[0]), factor[1] * double(rgb[1]), factor[2] * double(rgb[2])});
 }
 
 /// Returns the greatest luminance that an object emits on one of its faces; 0 if it emits nothing.
 double emitted_luminance(const ObjectDescription& description, const ShadedObject& object) {
+    if (object.emission) return luminance_of_paint(*object.emission);
     const bool is_diffuse = description.material == Material::diffuse;
     if (!is_diffuse && description.material != Material::surface) return 0;
     if (description.temperature > 0) return 1;  // a disk has the luminance 1 at its inner edge

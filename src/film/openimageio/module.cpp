@@ -86,7 +86,8 @@ int strip_height_of(const OIIO::ImageSpec& spec) {
 class OpenImage final : public ImageFile {
 public:
     /// The picture is the display window of OpenEXR files, and the stored pixels of other files.
-    OpenImage(std::unique_ptr<OIIO::ImageInput> input) : input_(std::move(input)), spec_(input_->spec()) {
+    OpenImage(std::unique_ptr<OIIO::ImageInput> input, std::unique_ptr<OIIO::Filesystem::IOMemReader> memory)
+        : memory_(std::move(memory)), input_(std::move(input)), spec_(input_->spec()) {
         is_partial_ = has_partial_data_window(*input_, spec_);
         width = is_partial_ ? spec_.full_width : spec_.width;
         height = is_partial_ ? spec_.full_height : spec_.height;
@@ -145,23 +146,36 @@ private:
         return true;
     }
 
+    std::unique_ptr<OIIO::Filesystem::IOMemReader> memory_;  ///< Null for an image file; `input_` reads from it.
     std::unique_ptr<OIIO::ImageInput> input_;
     OIIO::ImageSpec spec_;
     bool is_partial_;
 };
 
+/// Returns the file extension of the format with whose signature the bytes of an image begin; "" if it is none of those
+/// that other files contain.
+std::string extension_of(const std::string& bytes) {
+    return bytes.starts_with("\x89PNG") ? "png" : bytes.starts_with("\xff\xd8") ? "jpg" : "";
+}
+
 /// Opens an image file; implements Codec::open.
-std::string open(const std::string& path, std::unique_ptr<ImageFile>& file) try {
+std::string open(const std::string& path, const std::string* bytes, std::unique_ptr<ImageFile>& file) try {
     // Alpha is ignored, so colours are requested as stored, not multiplied by alpha.
     OIIO::ImageSpec configuration;
     configuration.attribute("oiio:UnassociatedAlpha", 1);
-    auto input = OIIO::ImageInput::open(path, &configuration);
+    std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;
+    if (bytes) {
+        memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes->data(), bytes->size());
+        OIIO::Filesystem::IOProxy* const proxy = memory.get();
+        configuration.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    }
+    auto input = OIIO::ImageInput::open(bytes ? "image." + extension_of(*bytes) : path, &configuration, memory.get());
     if (!input) return unreadable_message(OIIO::geterror());
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1)
         return "is not a two-dimensional image with at least one pixel";
     if (std::string message = unexpected_channels(spec); !message.empty()) return message;
-    file = std::make_unique<OpenImage>(std::move(input));
+    file = std::make_unique<OpenImage>(std::move(input), std::move(memory));
     return {};
 } catch (const std::bad_alloc&) {
     return "requires more memory than is available, even before its size is read";

@@ -76,6 +76,33 @@ void append_vertex(FileMesh& mesh, const Double3& point, const double* normal, c
     if (!uv) ++mesh.vertices_without_uv;
 }
 
+FileMesh part_of(const FileMesh& mesh, std::uint32_t material) {
+    constexpr std::uint32_t unused = ~std::uint32_t{0};
+    FileMesh part;
+    std::vector<std::uint32_t> new_index(mesh.vertices.size() / 3, unused);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        if (mesh.material_of_triangle[i / 3] != material) continue;
+        const std::uint32_t old = mesh.triangles[i];
+        if (new_index[old] == unused) {
+            new_index[old] = static_cast<std::uint32_t>(part.vertices.size() / 3);
+            const auto v = mesh.vertices.begin() + 3 * std::ptrdiff_t(old),
+                       n = mesh.normals.begin() + 3 * std::ptrdiff_t(old),
+                       uv = mesh.uv.begin() + 2 * std::ptrdiff_t(old);
+            part.vertices.insert(part.vertices.end(), v, v + 3);
+            part.normals.insert(part.normals.end(), n, n + 3);
+            part.uv.insert(part.uv.end(), uv, uv + 2);
+        }
+        part.triangles.push_back(new_index[old]);
+    }
+    part.has_normals = mesh.has_normals;
+    part.has_uv = mesh.has_uv;
+    if (material != mesh.material_of_triangle.front()) return part;
+    part.points_and_lines = mesh.points_and_lines;
+    part.vertices_without_uv = mesh.vertices_without_uv;
+    part.remarks = mesh.remarks;
+    return part;
+}
+
 void check_number_of_vertices(const MeshSource& source, std::uint64_t count) {
     if (count > max_vertices)
         refuse_file(source, 0, "the file has " + std::to_string(count) + " vertices; the limit is 2^31");

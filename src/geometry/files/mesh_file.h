@@ -2,6 +2,7 @@
 #pragma once
 
 #include "error.h"
+#include "geometry/files/file_material.h"
 #include "scene/vector3.h"
 
 #include <cstdint>
@@ -14,6 +15,7 @@ struct MeshSource {
     std::string path;
     std::string bytes;
     std::string used_by;  ///< Key of the scene that names the file, with its location. Messages end with it.
+    bool reads_materials = false;  ///< True if the materials of the file are read.
 };
 
 /// Mesh in the coordinates of its file, with counts of data that is missing or left out. The arrays `normals` and `uv`
@@ -27,6 +29,8 @@ struct FileMesh {
     std::size_t points_and_lines = 0;          ///< Number of points and lines, which are left out.
     std::size_t vertices_without_uv = 0;       ///< Number of vertices without texture coordinates.
     std::vector<std::string> remarks;          ///< Messages about other data that is left out.
+    std::vector<FileMaterial> materials;       ///< Materials that triangles use, if they are read; else none.
+    std::vector<std::uint32_t> material_of_triangle;  ///< Index of the material of each triangle, if they are read.
 };
 
 /// Refuses a file: throws InputError with its path, a line (0 if unknown) and the key of the scene that names it.
@@ -50,6 +54,10 @@ std::string reason_not_finite(std::size_t vertex, const std::string& part, const
 /// Appends a vertex. A null pointer stands for a normal or for texture coordinates that are missing. A normal that is
 /// not finite is stored as zero; shading then uses the normal of the triangle.
 void append_vertex(FileMesh& mesh, const Double3& point, const double* normal, const double* uv);
+
+/// Returns the triangles that have a material, with the vertices that they use. The remarks and counts of the file are
+/// only in the first part.
+FileMesh part_of(const FileMesh& mesh, std::uint32_t material);
 
 /// Refuses a file with more vertices than indices of 32 bits can address.
 void check_number_of_vertices(const MeshSource& source, std::uint64_t count);

@@ -32,6 +32,34 @@ void refuse_keys_of_other_materials(const Section& section, const ObjectDescript
     for (const char* key : {"interior", "exterior", "fresnel"}) refuse(key, "material = \"boundary\"");
 }
 
+/// Loads the key `materials` of a mesh. With "file", the scene states no paint, and no material except "surface".
+void load_file_materials(const Section& section, ObjectDescription& object) {
+    const Value* value = find(section, "materials");
+    if (!value) return;
+    const std::string name = full_name(section, "materials");
+    object.has_file_materials = to_choice(*value, name, {"scene", "file"}) == 1;
+    if (!object.has_file_materials) return;
+    for (const char* key :
+         {"color", "texture", "checker", "interior", "exterior", "fresnel", "tint", "emission_strength"})
+        if (const Value* other = find(section, key))
+            throw InputError(other->key_location, full_name(section, key) +
+                                                      " is not legal with materials = \"file\", "
+                                                      "which takes it from the mesh file; remove one of the two keys");
+    object.states_material = find(section, "material") != nullptr;
+    if (object.material != Material::surface)
+        throw InputError(object.material_location,
+                         full_name(section, "material") + " = " +
+                             to_toml(material_names()[std::size_t(object.material)]) +
+                             " is not legal with materials = \"file\", which takes the material from the mesh file; "
+                             "remove one of the two keys, or state \"surface\" for the colours of the file alone");
+    if (object.shading == Shading::lambert && !object.states_material)
+        throw InputError(require(section, "shading").location,
+                         full_name(section, "shading") +
+                             " = \"lambert\" is legal with materials = \"file\" only if "
+                             "material = \"surface\" is stated too; state it, or remove "
+                             "shading");
+}
+
 /// Throws InputError for keys that a diffuse surface does not have. It is at rest, and its light is that of other
 /// surfaces and the sky, or emission_strength times its colour.
 void refuse_keys_beside_diffuse(const Section& section, const ObjectDescription& object) {
@@ -113,6 +141,7 @@ void load_material(const Section& section, const std::vector<std::string>& media
     }
     read(section, "tint", object.tint, tint_range);
     read(section, "emission_strength", object.emission_strength, {0, 1e6});
+    load_file_materials(section, object);
     refuse_keys_of_other_materials(section, object);
     if (object.material == Material::diffuse) refuse_keys_beside_diffuse(section, object);
     else if (object.material != Material::surface) refuse_keys_of_surfaces(section, object);

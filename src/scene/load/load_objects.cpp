@@ -27,7 +27,7 @@ std::vector<std::string> keys_of(Shape shape) {
         case Shape::box:
         case Shape::room: shape_keys = {"min", "max", "faces"}; break;
         case Shape::sphere: shape_keys = {"center", "radius"}; break;
-        case Shape::mesh: shape_keys = {"file", "translate", "rotate", "scale"}; break;
+        case Shape::mesh: shape_keys = {"file", "translate", "rotate", "scale", "materials"}; break;
         case Shape::disk: shape_keys = {"center", "normal", "inner", "outer", "temperature", "velocity"}; break;
     }
     keys.insert(keys.end(), shape_keys.begin(), shape_keys.end());
@@ -129,6 +129,9 @@ void load_mesh_keys(const Section& section, const std::string& directory, Object
     const std::vector<std::string> supported{".obj", ".ply", ".gltf", ".glb"};
     if (std::find(supported.begin(), supported.end(), extension) == supported.end())
         fail(file, name, "a .obj, .ply, .gltf or .glb file");
+    if (object.has_file_materials && extension == ".ply")
+        fail(require(section, "materials"), full_name(section, "materials"),
+             "\"scene\", because PLY files contain no materials; use an .obj, .gltf or .glb file for \"file\"");
     object.file = to_file(file, name, directory);
     object.file_location = file.location;
     read(section, "translate", object.translate, any_length);

@@ -57,15 +57,17 @@ std::string path_of_gltf_uri(const std::string& path, const std::string& uri) {
     return (fs::is_regular_file(decoded, error) ? decoded : folder / uri).string();  // some writers do not encode %
 }
 
-std::string GltfBuffers::read_uri(const std::string& uri, const std::string& name) const {
+std::string embedded_bytes(const GltfDocument& document, const std::string& uri, const std::string& name) {
     std::string bytes;
-    if (uri.starts_with("data:")) {
-        const std::size_t comma = uri.find(',');
-        const bool is_base64 = comma != std::string::npos && uri.substr(0, comma).ends_with(";base64");
-        if (!is_base64 || !decode_base64(std::string_view(uri).substr(comma + 1), bytes))
-            refuse_gltf(document_.source, name + ".uri is not legal; embedded data must be base64");
-        return bytes;
-    }
+    const std::size_t comma = uri.find(',');
+    const bool is_base64 = comma != std::string::npos && uri.substr(0, comma).ends_with(";base64");
+    if (!is_base64 || !decode_base64(std::string_view(uri).substr(comma + 1), bytes))
+        refuse_gltf(document.source, name + ".uri is not legal; embedded data must be base64");
+    return bytes;
+}
+
+std::string GltfBuffers::read_uri(const std::string& uri, const std::string& name) const {
+    if (uri.starts_with("data:")) return embedded_bytes(document_, uri, name);
     if (uri.find("://") != std::string::npos)
         refuse_gltf(document_.source, name + ".uri = " + in_quotes(uri) + " is not the path of a file");
     const fs::path path = path_of_gltf_uri(document_.source.path, uri);
@@ -74,8 +76,7 @@ std::string GltfBuffers::read_uri(const std::string& uri, const std::string& nam
     if (fs::is_regular_file(path, error)) file.open(path, std::ios::binary);
     if (!file.is_open())
         refuse_gltf(document_.source, name + ".uri = " + in_quotes(uri) + ": there is no file " + path.string());
-    bytes.assign(std::istreambuf_iterator<char>(file), {});
-    return bytes;
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string_view GltfBuffers::buffer(std::uint64_t index) {

@@ -16,6 +16,9 @@ struct GltfView {
 /// Returns the path of the file that a glTF file at `path` names.
 std::string path_of_gltf_uri(const std::string& path, const std::string& uri);
 
+/// Returns the bytes that a URI of the scheme "data" contains. `name` is the position of the object with this URI.
+std::string embedded_bytes(const GltfDocument& document, const std::string& uri, const std::string& name);
+
 /// The buffers of a file. A buffer is read when it is used for the first time: from the binary chunk, from the text of
 /// the file, or from another file.
 class GltfBuffers {

@@ -98,14 +98,23 @@ void check_header(const GltfDocument& document) {
     if (!version || !version->is_string() || !version->get<std::string>().starts_with("2."))
         refuse_gltf(document.source, "asset.version = " + (version ? text_of(*version) : "\"\"") +
                                          " is not supported; the legal version is 2.0");
+    std::string supported;
+    for (const std::string& name : gltf_extensions()) append_to_list(supported, name);
     for (const json& name : array_member(document, file, "extensionsRequired", "the file"))
-        if (name != "KHR_mesh_quantization")
+        if (!name.is_string() || std::ranges::count(gltf_extensions(), name.get<std::string>()) == 0)
             refuse_gltf(document.source, "the file requires the extension " + text_of(name) +
-                                             ", which is not supported; only KHR_mesh_quantization is. Export the file "
-                                             "without it");
+                                             ", which is not supported; supported are " + supported +
+                                             ". Export the file without it");
 }
 
 }  // namespace
+
+const std::vector<std::string>& gltf_extensions() {
+    static const std::vector<std::string> extensions{"KHR_mesh_quantization", "KHR_texture_transform",
+                                                     "KHR_materials_unlit", "KHR_materials_emissive_strength",
+                                                     "KHR_materials_pbrSpecularGlossiness"};
+    return extensions;
+}
 
 void refuse_gltf(const MeshSource& source, const std::string& reason) { refuse_file(source, 0, "glTF: " + reason); }
 

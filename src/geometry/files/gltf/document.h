@@ -24,6 +24,9 @@ std::string text_of(const nlohmann::json& value);
 /// JSON, if its brackets or nodes are nested deeper than 1000, if its nodes do not form trees, or if it has no scene.
 GltfDocument parse_gltf(const MeshSource& source);
 
+/// Returns the names of the extensions that files may require.
+const std::vector<std::string>& gltf_extensions();
+
 /// Returns true if an extension is in the list of the extensions that the file uses or requires.
 bool uses_extension(const GltfDocument& document, const std::string& name);
 

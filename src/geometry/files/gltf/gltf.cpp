@@ -1,6 +1,7 @@
 #include "geometry/files/gltf/gltf.h"
 
 #include "geometry/files/gltf/accessor.h"
+#include "geometry/files/gltf/materials.h"
 #include "geometry/files/polygons.h"
 
 #include <set>
@@ -37,8 +38,20 @@ struct GltfReader {
     GltfBuffers buffers;
     FileMesh mesh{};
     std::set<std::uint64_t> visited{};  ///< Nodes that have been read.
-    std::size_t skins = 0, morphed = 0, incomplete = 0;
+    std::size_t skins = 0, morphed = 0, incomplete = 0, colored = 0;
+    std::map<std::uint64_t, std::uint32_t> materials{};  ///< Index in `mesh` of the materials that have been read.
 };
+
+/// Returns the index in the mesh of the material of a primitive, which is read at its first use.
+std::uint32_t material_of(GltfReader& gltf, const json& primitive, const std::string& name) {
+    const json* value = find_member(gltf.document, primitive, "material", name);
+    const std::uint64_t index = value ? index_of(gltf.document, *value, "materials", name + ".material") : no_default;
+    const auto [found, is_new] = gltf.materials.emplace(index, std::uint32_t(gltf.mesh.materials.size()));
+    if (is_new)
+        gltf.mesh.materials.push_back(value ? read_gltf_material(gltf.document, gltf.buffers, index)
+                                            : default_gltf_material());
+    return found->second;
+}
 
 Double3 to_double3(const std::vector<double>& numbers, std::size_t first) {
     return {numbers[first], numbers[first + 1], numbers[first + 2]};
@@ -62,9 +75,10 @@ Transform local_transform(const GltfDocument& document, const json& node, const 
             scaled({2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)}, s[2]), to_double3(t, 0)};
 }
 
-/// Appends the vertices of a primitive and returns their number. `part` is the name of the mesh.
+/// Appends the vertices of a primitive and returns their number. `part` is the name of the mesh. `material` determines
+/// the texture coordinates.
 std::size_t append_vertices(GltfReader& gltf, const json& attributes, const Transform& to_scene,
-                            const std::string& part, const std::string& name) {
+                            const FileMaterial& material, const std::string& part, const std::string& name) {
     const auto numbers = [&](const char* key, GltfUse use) {
         const json* member = find_member(gltf.document, attributes, key, name);
         return member ? read_accessor(gltf.document, gltf.buffers, *member, use, name + '.' + key)
@@ -72,7 +86,8 @@ std::size_t append_vertices(GltfReader& gltf, const json& attributes, const Tran
     };
     const std::vector<double> points = numbers("POSITION", GltfUse::positions);
     const std::vector<double> normals = numbers("NORMAL", GltfUse::normals);
-    const std::vector<double> uv = numbers("TEXCOORD_0", GltfUse::texture_coordinates);
+    const std::vector<double> uv =
+        numbers(("TEXCOORD_" + std::to_string(material.uv_set)).c_str(), GltfUse::texture_coordinates);
     const std::size_t count = points.size() / 3;
     if ((!normals.empty() && normals.size() / 3 != count) || (!uv.empty() && uv.size() / 2 != count))
         refuse_gltf(gltf.document.source,
@@ -85,8 +100,9 @@ std::size_t append_vertices(GltfReader& gltf, const json& attributes, const Tran
         const Double3 normal = normals.empty() ? Double3{} : transformed_normal(to_scene, to_double3(normals, 3 * i));
         double coordinates[2]{};
         if (!uv.empty()) {
-            coordinates[0] = uv[2 * i];
-            coordinates[1] = 1 - uv[2 * i + 1];  // v of glTF increases downward
+            const auto [u, v] = material.uv_transform({uv[2 * i], uv[2 * i + 1]});
+            coordinates[0] = u;
+            coordinates[1] = 1 - v;  // v of glTF increases downward
         }
         if (!std::isfinite(coordinates[0]) || !std::isfinite(coordinates[1]))
             refuse_gltf(gltf.document.source, "the texture coordinates of vertex " + std::to_string(i) + " of part " +
@@ -129,7 +145,11 @@ void append_primitive(GltfReader& gltf, const json& primitive, const Transform& 
                                               ".attributes has no POSITION, which is required; an extension that "
                                               "stores it elsewhere is not supported");
     const std::size_t first = gltf.mesh.vertices.size() / 3, without_uv = gltf.mesh.vertices_without_uv;
-    const std::size_t count = append_vertices(gltf, *attributes, to_scene, part, name + ".attributes");
+    const bool reads_materials = gltf.document.source.reads_materials && mode >= 4;
+    const std::uint32_t material = reads_materials ? material_of(gltf, primitive, name) : 0;
+    const FileMaterial& coordinates = reads_materials ? gltf.mesh.materials[material] : FileMaterial();
+    const std::size_t count = append_vertices(gltf, *attributes, to_scene, coordinates, part, name + ".attributes");
+    if (reads_materials && attributes->contains("COLOR_0")) ++gltf.colored;
     const std::vector<std::uint32_t> corners = corners_of(gltf, primitive, first, count, part, name);
     std::vector<std::uint32_t>& triangles = gltf.mesh.triangles;
     const std::size_t n = corners.size();
@@ -145,6 +165,7 @@ void append_primitive(GltfReader& gltf, const json& primitive, const Transform& 
         gltf.mesh.points_and_lines += parts[mode];
         gltf.mesh.vertices_without_uv = without_uv;
     }
+    if (reads_materials) gltf.mesh.material_of_triangle.resize(triangles.size() / 3, material);
     if (!array_member(gltf.document, primitive, "targets", name).empty()) ++gltf.morphed;
 }
 
@@ -182,6 +203,8 @@ void append_remarks(GltfReader& gltf, std::size_t scenes, bool has_default) {
         if (count > 0) gltf.mesh.remarks.push_back(std::to_string(count) + text);
     };
     remark(gltf.skins, " meshes have a skin, which is left out; they are read in the pose of their node");
+    remark(gltf.colored, " parts have colours of vertices, which are not used");
+    for (const std::string& text : remarks_on_unused(gltf.mesh.materials)) gltf.mesh.remarks.push_back(text);
     remark(gltf.morphed, " parts have morph targets, which are left out");
     remark(gltf.incomplete, " parts have a number of vertices that is not a multiple of 3; the last ones are left out");
     if (scenes > 1 && !has_default)

@@ -1,5 +1,6 @@
 #include "geometry/files/obj/obj.h"
 
+#include "geometry/files/obj/mtl.h"
 #include "geometry/files/obj/statements.h"
 #include "geometry/files/polygons.h"
 
@@ -36,6 +37,8 @@ struct ObjContents {
     std::vector<ObjCorner> corners{};    ///< Corners of all faces.
     std::vector<std::uint32_t> sizes{};  ///< Number of corners of each face.
     std::vector<std::size_t> lines{};    ///< Line of each face.
+    std::vector<std::uint32_t> uses{};   ///< Index in `material_uses` of each face.
+    std::vector<std::pair<std::string, std::size_t>> material_uses{{"", 0}};  ///< Names of materials, with their lines.
     std::size_t points_and_lines = 0;
     std::size_t empty_faces = 0;
     std::size_t weighted_vertices = 0;  ///< Number of vertices with a weight other than 1.
@@ -149,6 +152,13 @@ void read_face(ObjContents& obj, const ObjStatement& statement) {
         obj.corners.push_back(read_corner(obj, statement.line, statement.words[i]));
     obj.sizes.push_back(static_cast<std::uint32_t>(count));
     obj.lines.push_back(statement.line);
+    obj.uses.push_back(std::uint32_t(obj.material_uses.size() - 1));
+}
+
+void read_name(ObjContents& obj, const ObjStatement& statement) {
+    const std::string_view word = statement.words[0];
+    if ((word == "o" || word == "g") && statement.words.size() > 1) obj.part = statement.words[1];
+    if (word == "usemtl") obj.material_uses.emplace_back(name_in(statement), statement.line);
 }
 
 /// Counts the points or the segments of a line. Their indices are checked like those of faces, except that they must
@@ -169,9 +179,7 @@ void read_statement(ObjContents& obj, const ObjStatement& statement) {
         case ObjKind::line:
         case ObjKind::point: return read_points_or_line(obj, statement);
         case ObjKind::ignored: return;
-        case ObjKind::name:
-            if ((word == "o" || word == "g") && statement.words.size() > 1) obj.part = statement.words[1];
-            return;
+        case ObjKind::name: return read_name(obj, statement);
         case ObjKind::surface:
             refuse_statement(obj, statement.line,
                              "the statement " + in_quotes(word) +
@@ -217,6 +225,73 @@ std::vector<std::uint32_t> append_corners(const ObjContents& obj, FileMesh& mesh
     return vertices;
 }
 
+/// Sets the materials of the mesh to those that faces use. Returns, for each use of a material in the file, its index.
+std::vector<std::uint32_t> set_materials(const ObjContents& obj, FileMesh& mesh) {
+    MtlMaterials known;
+    const bool has_libraries = !read_libraries(obj.source, known).empty();
+    std::map<std::string, std::uint32_t> indices;
+    std::vector<std::uint32_t> index_of_use(obj.material_uses.size());
+    for (const std::uint32_t use : obj.uses) {
+        const auto& [name, line] = obj.material_uses[use];
+        const auto [found, is_new] = indices.emplace(name, std::uint32_t(mesh.materials.size()));
+        index_of_use[use] = found->second;
+        if (!is_new) continue;
+        FileMaterial material;
+        material.name = "faces without a material";
+        if (!name.empty()) {
+            const auto stated = known.find(name);
+            if (stated == known.end())
+                refuse_statement(obj, line,
+                                 "the material " + in_quotes(name) + " is not in " +
+                                     (has_libraries ? "the files of mtllib"
+                                                    : "a file: the file has no statement mtllib") +
+                                     "; add it, or state materials = \"scene\"");
+            material = stated->second;
+        }
+        mesh.materials.push_back(std::move(material));
+    }
+    for (std::string& remark : remarks_on_unused(mesh.materials)) mesh.remarks.push_back(std::move(remark));
+    return index_of_use;
+}
+
+/// Gives the corners of faces vertices of their own, whose texture coordinates are those that a material states.
+void separate_vertices(FileMesh& mesh, const FileMaterial& material, std::vector<std::uint32_t>& corners) {
+    std::map<std::uint32_t, std::uint32_t> copies;
+    for (std::uint32_t& corner : corners) {
+        const auto [copy, is_new] = copies.emplace(corner, std::uint32_t(mesh.vertices.size() / 3));
+        if (is_new) {
+            const std::size_t i = 3 * std::size_t{corner}, k = 2 * std::size_t{corner};
+            const std::array<double, 2> uv = material.uv_transform({mesh.uv[k], mesh.uv[k + 1]});
+            const Double3 point{mesh.vertices[i], mesh.vertices[i + 1], mesh.vertices[i + 2]},
+                normal{mesh.normals[i], mesh.normals[i + 1], mesh.normals[i + 2]};
+            const bool has_normals = mesh.has_normals;
+            append_vertex(mesh, point, normal.data(), uv.data());
+            mesh.has_normals = has_normals;
+        }
+        corner = copy->second;
+    }
+}
+
+/// Appends the triangles of all faces, grouped by material, and transforms their texture coordinates.
+void append_faces_by_material(const ObjContents& obj, const std::vector<std::uint32_t>& corners, FileMesh& mesh) {
+    const std::vector<std::uint32_t> index_of_use = set_materials(obj, mesh);
+    std::vector<Polygons> groups(mesh.materials.size());
+    std::size_t first = 0;
+    for (std::size_t face = 0; face < obj.sizes.size(); ++face) {
+        Polygons& group = groups[index_of_use[obj.uses[face]]];
+        const auto begin = corners.begin() + std::ptrdiff_t(first);
+        group.corners.insert(group.corners.end(), begin, begin + obj.sizes[face]);
+        group.sizes.push_back(obj.sizes[face]);
+        first += obj.sizes[face];
+    }
+    for (std::uint32_t i = 0; i < groups.size(); ++i) {
+        if (mesh.materials[i].uv_transform != UvTransform())
+            separate_vertices(mesh, mesh.materials[i], groups[i].corners);
+        append_polygons(mesh, groups[i]);
+        mesh.material_of_triangle.resize(mesh.triangles.size() / 3, i);
+    }
+}
+
 }  // namespace
 
 FileMesh read_obj(const MeshSource& source) {
@@ -227,8 +302,9 @@ FileMesh read_obj(const MeshSource& source) {
     check_number_of_vertices(source, obj.corners.size());
     FileMesh mesh;
     mesh.points_and_lines = obj.points_and_lines;
-    const Polygons polygons{append_corners(obj, mesh), obj.sizes};
-    append_polygons(mesh, polygons);
+    std::vector<std::uint32_t> corners = append_corners(obj, mesh);
+    if (source.reads_materials) append_faces_by_material(obj, corners, mesh);
+    else append_polygons(mesh, {std::move(corners), obj.sizes});
     if (obj.empty_faces > 0)
         mesh.remarks.push_back(std::to_string(obj.empty_faces) + " faces without vertices were left out");
     if (obj.weighted_vertices > 0)

@@ -69,6 +69,11 @@ std::string from_utf16(std::string_view bytes, bool big_endian) {
 
 }  // namespace
 
+std::string name_in(const ObjStatement& statement) {
+    if (statement.words.size() < 2) return "";
+    return {statement.words[1].data(), statement.words.back().data() + statement.words.back().size()};
+}
+
 std::vector<std::string> obj_keywords() {
     std::vector<std::string> words;
     for (const Keyword& keyword : keywords) words.push_back(keyword.word);

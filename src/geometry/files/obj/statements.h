@@ -28,6 +28,9 @@ struct ObjStatement {
     std::size_t line = 0;                 ///< Number of the line in which the statement begins.
 };
 
+/// Returns the text from the second word of a statement to its end: a name that may contain spaces.
+std::string name_in(const ObjStatement& statement);
+
 /// Returns all keywords of OBJ files.
 std::vector<std::string> obj_keywords();
 

@@ -133,7 +133,8 @@ void add_straight(const std::string& isa) {
 /// Registers a benchmark of the room. `cull` is false for queries without culling.
 void add(const std::string& isa, const std::string& strategy, const std::string& precision,
          const Integration& integration, bool cull) {
-    RenderCase render_case{{}, integration.overrides};
+    RenderCase render_case;
+    render_case.overrides = integration.overrides;
     render_case.options.isa = isa;
     render_case.options.strategy = strategy_named(strategy);
     render_case.options.precision = precision_named(precision);

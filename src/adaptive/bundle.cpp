@@ -1,6 +1,6 @@
 #include "adaptive/bundle.h"
 
-#include "geometry/bundle_part.h"
+#include "geometry/clearance/bundle_part.h"
 
 #include <algorithm>
 #include <cmath>

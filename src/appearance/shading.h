@@ -43,9 +43,9 @@ Float3 plain_color(const Paint& paint);
 const LoadedPaint& paint_of(const ShadedObject& object, std::uint32_t primitive);
 /// Returns the texture coordinates of a point on a surface, with gradients. All are 0 on a mesh without u and v.
 ChartPoint surface_coordinates(const ShadedObject& object, std::uint32_t primitive, const Double3& point);
-/// Returns how a paint of an object continues beyond the edges of its image. The longitudes of a sphere and the angles of
-/// a disk are periodic. On a mesh, the paint states it. On a rectangle or a face of a box, the texels at the edges are
-/// continued.
+/// Returns how a paint of an object continues beyond the edges of its image. The longitudes of a sphere and the angles
+/// of a disk are periodic. On a mesh, the paint states it. On a rectangle or a face of a box, the texels at the edges
+/// are continued.
 Edges edges_of(const ShadedObject& object, const LoadedPaint& paint);
 /// Returns |normal · ray_direction| with the shading `lambert`, otherwise 1. `ray_direction` is a unit vector.
 double lambert_factor(const ShadedObject& object, std::uint32_t primitive, const Double3& point,

@@ -1,6 +1,6 @@
 #include "geometry/geometry.h"
 
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 #include "geometry/embree.h"
 #include "geometry/mesh.h"
 #include "scene/value.h"

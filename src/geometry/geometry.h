@@ -1,7 +1,7 @@
 /// The surfaces of a scene, as an Embree scene and as data for the kernels.
 #pragma once
 
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 #include "geometry/shapes.h"
 
 #include <memory>

@@ -1,6 +1,6 @@
 #include "media/triangle_tree.h"
 
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 
 #include <algorithm>
 #include <numeric>

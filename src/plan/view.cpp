@@ -1,7 +1,7 @@
 #include "plan/view.h"
 
 #include "error.h"
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 #include "plan/names.h"
 #include "scene/value.h"
 #include "scene/vector3.h"

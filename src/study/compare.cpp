@@ -140,8 +140,8 @@ void Comparer::add_rows_with_method(const Plan& plan, const std::string& method)
             const auto integrator =
                 find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
             const char* why = refusal_of(*plan.scene, *kernel, {integrator, plan.run.method.rescaled});
-            result_.left_out.push_back(
-                {describe_kernel(plan.module(), *kernel) + ", " + method, why ? why : "it does not support the method"});
+            result_.left_out.push_back({describe_kernel(plan.module(), *kernel) + ", " + method,
+                                        why ? why : "it does not support the method"});
             continue;
         }
         const IntegratorDescription& scene = plan.description().integrator;

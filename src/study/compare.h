@@ -3,26 +3,11 @@
 
 #include "accuracy/timing.h"
 #include "render/render.h"
+#include "study/compare_options.h"
 
 #include <array>
-#include <optional>
 
 namespace kagero {
-
-/// Options of a comparison.
-struct CompareOptions {
-    std::vector<std::string> isas;       ///< Instruction sets to compare.
-    std::vector<std::string> methods;    ///< Methods to compare. Empty: the method of the scene.
-    std::vector<std::uint32_t> lanes;    ///< Numbers of lanes. Empty: all, except gangs of at most 64 lanes.
-    std::string baseline;                ///< Instruction set of the baseline. Empty: that of each kernel.
-    std::optional<Strategy> strategy;    ///< Strategy to compare. Empty: all strategies.
-    std::optional<Precision> precision;  ///< Precision to compare. Empty: both precisions.
-    /// Bound on the pixel error, in pixels. Each kernel uses its cheapest method that meets the bound. 0: all kernels
-    /// use the same method and step.
-    double equal_error = 0;
-    unsigned rounds = 5;   ///< Number of timed runs of each kernel.
-    unsigned threads = 1;  ///< Number of threads of each run.
-};
 
 /// Result of one kernel.
 struct CompareRow {

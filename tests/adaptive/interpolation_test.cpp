@@ -2,7 +2,7 @@
 #include "adaptive/bundle.h"
 #include "adaptive/displacement.h"
 #include "adaptive/end_interpolant.h"
-#include "geometry/bundle_part.h"
+#include "geometry/clearance/bundle_part.h"
 #include "scene/load/load.h"
 #include "tests/support/plan_fixture.h"
 

@@ -1,6 +1,6 @@
 // Tests of surfaces: colours, orientation of textures, and the clearance grid.
 #include "kernels/intersection/clearance.h"
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 #include "appearance/paints.h"
 #include "geometry/geometry.h"
 #include "film/read_image.h"

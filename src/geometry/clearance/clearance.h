@@ -3,7 +3,7 @@
 
 #include "kernels/abi.h"
 #include "geometry/bounds.h"
-#include "geometry/clear_boxes.h"
+#include "geometry/clearance/clear_boxes.h"
 
 #include <optional>
 

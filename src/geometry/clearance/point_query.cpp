@@ -1,4 +1,4 @@
-#include "geometry/point_query.h"
+#include "geometry/clearance/point_query.h"
 
 #include <cmath>
 #include <limits>

@@ -1,6 +1,6 @@
-#include "geometry/bundle_part.h"
+#include "geometry/clearance/bundle_part.h"
 
-#include "geometry/point_query.h"
+#include "geometry/clearance/point_query.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 
-#include "geometry/point_query.h"
+#include "geometry/clearance/point_query.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

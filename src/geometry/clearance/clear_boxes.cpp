@@ -1,4 +1,4 @@
-#include "geometry/clear_boxes.h"
+#include "geometry/clearance/clear_boxes.h"
 
 #include <algorithm>
 #include <cmath>

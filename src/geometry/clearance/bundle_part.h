@@ -1,7 +1,7 @@
 /// The search for surfaces in bundles of neighbouring rays.
 #pragma once
 
-#include "geometry/clearance.h"
+#include "geometry/clearance/clearance.h"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 /// Construction of the Embree scene that the kernels query.
 #pragma once
 
-#include "geometry/bounds.h"
+#include "geometry/clearance/bounds.h"
 #include "geometry/sphere_primitive.h"
 
 #include <rtcore.h>

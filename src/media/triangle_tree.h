@@ -1,7 +1,7 @@
 /// A tree of bounding boxes over the triangles of a mesh, in double precision.
 #pragma once
 
-#include "geometry/bounds.h"
+#include "geometry/clearance/bounds.h"
 #include "geometry/shapes.h"
 #include "media/crossing.h"
 

@@ -170,7 +170,8 @@ void Comparer::add_rows_with_cheapest_methods(const Plan& plan, const Candidates
             throw RunError("--equal-error: no method in double precision meets this bound on the error; increase it");
         } else {
             result_.left_out.push_back(
-                {describe_kernel(plan.module(), *kernel), "none of the methods that it supports meets the bound on the error"});
+                {describe_kernel(plan.module(), *kernel),
+                 "none of the methods that it supports meets the bound on the error"});
         }
     }
 }

@@ -40,9 +40,9 @@ struct Comparison {
 };
 
 /// Renders the scene with every selected kernel and compares pictures and times. The baseline of a kernel is the scalar
-/// kernel in double of the same instruction set, or of `baseline`. Without `equal_error`, both have the same method. Every kernel runs
-/// once per round, so that a temporary disturbance of the machine affects all of them. Throws InputError if the scene
-/// or the options are not supported.
+/// kernel in double of the same instruction set, or of `baseline`. Without `equal_error`, both have the same method.
+/// Every kernel runs once per round, so that a temporary disturbance of the machine affects all of them. Throws
+/// InputError if the scene or the options are not supported.
 Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress = {},
                    const std::atomic<bool>* stop = nullptr);
 

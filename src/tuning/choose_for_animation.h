@@ -23,8 +23,8 @@ bool has_changing_frames(const SceneDescription& scene);
 
 /// Returns the plan of a frame with its step bound, before the choices of trials. `earlier`, if not null, is the scene
 /// of another frame (see make_scene). `sample`, if stated, is one of film.spp samples: the plan then has one ray per
-/// pixel, which is the same ray of all pixels. Throws InputError, which names the frame, and Interrupted if `control.stop` is
-/// set.
+/// pixel, which is the same ray of all pixels. Throws InputError, which names the frame, and Interrupted if
+/// `control.stop` is set.
 Plan plan_of_frame(const SceneDescription& scene, double frame, const Options& options, const Scene* earlier = nullptr,
                    std::optional<std::uint32_t> sample = {}, const RunControl& control = {});
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "kernels/abi.h"
-#include "geometry/bounds.h"
+#include "geometry/clearance/bounds.h"
 #include "geometry/clearance/clear_boxes.h"
 
 #include <optional>

@@ -5,7 +5,7 @@
 #include "adaptive/write_ends.h"
 #include "pixels/shade_tile.h"
 #include "render/render.h"
-#include "tests/support/plan_fixture.h"
+#include "tests/support/file_materials.h"
 
 #include <gtest/gtest.h>
 
@@ -146,6 +146,41 @@ TEST(CellShader, AgreesWithPixelsOfEveryShapeAndPaint) {
                 SCOPED_TRACE(shape + paint + shading);
                 expect_agreement(*plan_of_text(scene_with(shape + paint + shading), {}), 0.3, 0.02, 0.004);
             }
+}
+
+using CellShaderOfFiles = FileMaterials;
+
+// A mesh file states how an image continues beyond its edges, and a factor for its colours. The image is repeated
+// several times on each square, so that cells cover more than one copy. Unlit surfaces end rays, as cells require.
+TEST_F(CellShaderOfFiles, AgreesWithPixelsOfRepeatedMirroredAndMultipliedImages) {
+    constexpr int repeat = 10497, clamp = 33071, mirror = 33648;
+    struct Case {
+        int along_u, along_v;
+        json factor;
+    };
+    write("texture.png", png());
+    for (const auto& [along_u, along_v, factor] : {Case{repeat, repeat, {1, 1, 1, 1}},
+                                                   {repeat, clamp, {1, 1, 1, 1}},
+                                                   {clamp, repeat, {1, 1, 1, 1}},
+                                                   {mirror, mirror, {1, 1, 1, 1}},
+                                                   {repeat, repeat, {0.5, 1, 0.25, 1}}}) {
+        SCOPED_TRACE(std::to_string(along_u) + " " + std::to_string(along_v) + " " + factor.dump());
+        const json transform{{"scale", {6, 6}}, {"offset", {-2.2, -1.7}}};
+        json material = textured({{"index", 0}, {"extensions", {{"KHR_texture_transform", transform}}}});
+        material["pbrMetallicRoughness"]["baseColorFactor"] = factor;
+        material["extensions"] = {{"KHR_materials_unlit", json::object()}};
+        Squares squares;
+        squares.add(material).set("images", texture_file).set("textures", {{{"source", 0}, {"sampler", 0}}});
+        squares.set("samplers", {{{"wrapS", along_u}, {"wrapT", along_v}}});
+        const std::string file = write("model.gltf", embedded(squares.parts));
+        const auto plan = plan_of_text("[space]\nhamiltonian = \"flat\"\n[camera]\nposition = [0.7, 0.8, 3]\n"
+                                       "look_at = [1, 1, 0]\nup = [0, 1, 0]\nfov = 50\n[film]\nsize = [256, 256]\n"
+                                       "sampling = \"adaptive\"\n[sky]\ncolor = [0.1, 0.2, 0.3]\n[[object]]\n"
+                                       "name = \"model\"\nshape = \"mesh\"\nmaterials = \"file\"\nfile = \"" +
+                                           file + "\"\n",
+                                       {});
+        expect_agreement(*plan, 0, 0.02, 0.004);
+    }
 }
 
 // The film of a crop contains parts of cells.

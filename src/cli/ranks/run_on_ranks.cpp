@@ -16,13 +16,6 @@ Arguments silent(Arguments arguments) {
     return arguments;
 }
 
-/// Collective: returns the exit status of rank 0.
-int status_of_root(Communicator& ranks, int own) {
-    std::string status = std::to_string(own);
-    ranks.broadcast(status);
-    return std::stoi(status);
-}
-
 /// Runs the verb on this rank. Throws AgreedFailure on all ranks if one of them fails.
 int run_verb(const Arguments& arguments, const Terminal& terminal, const RankVerb& verb, Communicator& ranks) {
     RankFailure failure;
@@ -37,14 +30,12 @@ int run_verb(const Arguments& arguments, const Terminal& terminal, const RankVer
         failure = failure_in_flight();
     }
     agree(ranks, failure);
-    return status_of_root(ranks, status);
+    return status;
 }
 
-/// Returns the exit status of a rank after a failure. Throws the exception on rank 0.
-int conclude_failure(const RankFailure& failure, int rank) {
-    const bool is_wrong_input = failure.kind == RankFailure::Kind::wrong_input;
-    if (rank > 0) return is_wrong_input ? exit_wrong_input : exit_failed;
-    if (is_wrong_input) throw InputError(failure.message);
+/// Throws the exception on which the ranks agreed.
+[[noreturn]] void rethrow(const RankFailure& failure) {
+    if (failure.kind == RankFailure::Kind::wrong_input) throw InputError(failure.message);
     throw RunError(failure.message);
 }
 
@@ -74,11 +65,15 @@ int run_on_ranks(const Arguments& arguments, const Terminal& terminal, const Ran
     const int rank = ranks->rank();
     const Arguments of_rank = rank == 0 ? arguments : silent(arguments);
     const Terminal terminal_of_rank(of_rank);
+    // Only rank 0 reports the status of the run. The launcher ends all ranks when one of them reports a failure, and
+    // would end rank 0 before it has printed the reason.
     try {
-        return run_verb(of_rank, terminal_of_rank, verb, *ranks);
+        const int status = run_verb(of_rank, terminal_of_rank, verb, *ranks);
+        return rank == 0 ? status : exit_done;
     } catch (const AgreedFailure& failure) {
         ranks.reset();
-        return conclude_failure(failure.failure(), rank);
+        if (rank == 0) rethrow(failure.failure());
+        return exit_done;
     } catch (const std::exception& error) {  // the other ranks may be in any state
         terminal.error(error.what());
         ranks->end_all_ranks(exit_failed);

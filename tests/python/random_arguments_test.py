@@ -17,7 +17,7 @@ from support import HOLE
 import numpy as np
 import kagero
 
-CALLS = int(os.environ.get("KAGERO_RANDOM_CALLS", "4000"))
+CALLS = int(os.environ.get("KAGERO_RANDOM_CALLS", "1500"))
 SEED = int(os.environ.get("KAGERO_RANDOM_SEED", "1"))
 EXPECTED = (kagero.InputError, kagero.RunError, TypeError)
 SMALL = {**HOLE, "film": {"size": [4, 3]}, "integrator": {"max_steps": 500}}

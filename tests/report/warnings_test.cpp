@@ -83,18 +83,20 @@ TEST_F(Warnings, ReportASingleRay) {
                         "-D integrator.max_steps=1000").out);
     ASSERT_EQ(report["status"]["step_limit"], 0);
     EXPECT_EQ(report["warnings"].size(), 0u);
-    // The limit is lowered until some rays, at most 1 %, reach it.
-    for (int limit = 400; limit > 10; limit -= 5) {
-        const Outcome outcome = run("render hole.toml --size 64x64 --integrator dp5 --step 0.25 --quiet --json "
-                                    "-o a.png -D integrator.max_steps=" + std::to_string(limit));
-        const json limited = json::parse(outcome.out);
-        const int cut_off = limited["status"]["step_limit"];
-        if (cut_off == 0) continue;
-        EXPECT_LT(cut_off, 41);
-        EXPECT_EQ(limited["warnings"].size(), 1u);
-        return;
+    // The greatest limit that cuts off rays. It cuts off less than 1 % of them.
+    const auto limited_report = [&](int limit) {
+        return json::parse(run("render hole.toml --size 64x64 --integrator dp5 --step 0.25 --quiet --json -o a.png "
+                               "-D integrator.max_steps=" + std::to_string(limit)).out);
+    };
+    int limit = 10, sufficient = 1000;
+    while (sufficient - limit > 5) {
+        const int middle = (limit + sufficient) / 2;
+        (limited_report(middle)["status"]["step_limit"] > 0 ? limit : sufficient) = middle;
     }
-    FAIL() << "no limit cuts off rays";
+    const json limited = limited_report(limit);
+    EXPECT_GT(limited["status"]["step_limit"], 0);
+    EXPECT_LT(limited["status"]["step_limit"], 41);
+    EXPECT_EQ(limited["warnings"].size(), 1u);
 }
 
 // The index changes within a tenth of a unit at r = 1, and steps of a fixed length are too long for it.

@@ -1,6 +1,7 @@
-/// The interface of the image module (film/openimageio/module.cpp), which reads and writes image files with
-/// OpenImageIO. It is a separate shared library, because loading OpenImageIO takes longer than rendering a small
-/// picture, and many commands do not need it.
+/// The interfaces of the modules that read and write image files. They are separate shared libraries, which are loaded
+/// when they are needed: loading OpenImageIO takes longer than rendering a small picture. The image module
+/// (film/openimageio/module.cpp) reads and writes all formats with OpenImageIO. The encoders (film/openexr/module.cpp,
+/// film/libpng/module.cpp) write the most frequent formats without it.
 #pragma once
 
 #include <cstddef>
@@ -62,14 +63,30 @@ struct Codec {
     std::string (*false_colors)(const std::vector<float>& numbers, std::vector<float>& rgb);
 };
 
-/// Version of this interface. It changes with every change of the types in this file.
-inline constexpr std::uint32_t codec_abi = 5;
-/// Type of the function `kagero_codec`, which the module exports.
+/// The function of a module that encodes one format; see Codec::encode.
+struct Encoder {
+    std::uint32_t abi;  ///< The value of codec_abi with which the module was compiled.
+    std::string (*encode)(const std::string& extension, const PictureToEncode& picture,
+                          std::vector<unsigned char>& file);
+};
+
+/// Version of these interfaces. It changes with every change of the types in this file.
+inline constexpr std::uint32_t codec_abi = 6;
+/// Type of the function `kagero_codec`, which the image module exports.
 using CodecFunction = const Codec* (*)();
+/// Type of the function `kagero_encoder`, which the other modules export.
+using EncoderFunction = const Encoder* (*)();
 
 /// Returns the functions of the image module; the first call loads it. Throws RunError if the module is missing or
 /// belongs to another version.
 const Codec& codec();
+/// Loads the module that encodes pictures in the format with this extension: its own encoder, or the image module if
+/// there is none. Throws RunError if no module is found, or it belongs to another version.
+void load_encoder(const std::string& extension);
+/// Encodes a picture as the bytes of a file with this extension, such as ".png". Returns "" on success, otherwise the
+/// reason for the failure. Throws RunError as load_encoder does.
+std::string encode_picture(const std::string& extension, const PictureToEncode& picture,
+                           std::vector<unsigned char>& file);
 /// Writes a picture to a file, in the format that the extension of `path` selects. Throws RunError if encoding or
 /// writing fails.
 void write_picture(const std::string& path, const PictureToEncode& picture);

@@ -12,7 +12,7 @@ namespace {
 std::vector<unsigned char> png_of(const std::vector<unsigned char>& bytes, int width, int height) {
     std::vector<unsigned char> file;
     const std::string reason =
-        codec().encode(".png", {width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
+        encode_picture(".png", {width, height, 3, PictureToEncode::Samples::bytes, bytes.data()}, file);
     if (!reason.empty()) throw RunError("encoding a PNG picture failed: " + reason);
     return file;
 }

@@ -212,14 +212,14 @@ void check_writable(const std::string& path, const std::vector<std::string>& lay
 }
 
 void prepare_to_write(const std::string& path) {
-    if (!stores_one_layer(format_of(path))) codec();
+    if (const Format& format = format_of(path); !stores_one_layer(format)) load_encoder(format.extension);
 }
 
 std::vector<unsigned char> encode_film(const Film& film, const std::string& extension, const Metadata& metadata) {
     const std::string name = "picture" + extension;
     std::vector<unsigned char> file;
     std::string reason = "this format is only written to files";
-    const auto encode = [&](const PictureToEncode& picture) { reason = codec().encode(extension, picture, file); };
+    const auto encode = [&](const PictureToEncode& picture) { reason = encode_picture(extension, picture, file); };
     const Encoding encoding = format_of(name).encoding;
     if (encoding == Encoding::layers) with_layers(film, metadata, encode);
     if (encoding == Encoding::srgb8) with_srgb8(film, name, encode);

@@ -19,7 +19,7 @@ EncodedPicture encode_bytes(const std::vector<unsigned char>& rgb, std::uint32_t
         picture.attributes.emplace_back("png:compressionLevel", "1");
     }
     EncodedPicture encoded{is_moving ? "image/jpeg" : "image/png", {}};
-    const std::string reason = codec().encode(is_moving ? ".jpg" : ".png", picture, encoded.bytes);
+    const std::string reason = encode_picture(is_moving ? ".jpg" : ".png", picture, encoded.bytes);
     if (!reason.empty()) throw RunError("encoding a picture failed: " + reason);
     return encoded;
 }

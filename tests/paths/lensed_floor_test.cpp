@@ -55,7 +55,8 @@ TEST(LensedFloor, HasTheLightOfTheIndependentScript) {
         EXPECT_LT(error, 0.04 * expected);
         EXPECT_NEAR(mean, expected, 4 * error) << "x = " << x;
         if (wanted)
-            std::cout << "x = " << x << ": " << 100 * (mean / expected - 1) << " +- " << 100 * error / expected << " %\n";
+            std::cout << "x = " << x << ": " << 100 * (mean / expected - 1) << " +- " << 100 * error / expected
+                      << " %\n";
         if (error < 0.003 * expected) {
             EXPECT_NEAR(mean, expected, 0.005 * expected) << "x = " << x;
         }

@@ -121,7 +121,7 @@ TEST_F(MpiOptions, AreTheOnlyReasonToLoadMpi) {
     EXPECT_EQ(linked.out.find("mpi"), std::string::npos) << linked.out;
     const Outcome rendered = run("render hole.toml --quiet -o a.exr", "LD_DEBUG=files");
     ASSERT_EQ(rendered.status, 0);
-    EXPECT_NE(rendered.err.find("kagero-images.so"), std::string::npos) << "modules are not listed";
+    EXPECT_NE(rendered.err.find("kagero-openexr.so"), std::string::npos) << "modules are not listed";
     EXPECT_EQ(rendered.err.find("kagero-mpi"), std::string::npos);
     EXPECT_EQ(rendered.err.find("libmpi"), std::string::npos);
 }

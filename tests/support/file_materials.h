@@ -34,7 +34,7 @@ inline Double3 product(const Double3& a, const Double3& b) { return {a[0] * b[0]
 
 inline std::string png() {
     std::vector<unsigned char> bytes;
-    EXPECT_EQ(codec().encode(".png", {2, 2, 3, PictureToEncode::Samples::bytes, texels}, bytes), "");
+    EXPECT_EQ(encode_picture(".png", {2, 2, 3, PictureToEncode::Samples::bytes, texels}, bytes), "");
     return {bytes.begin(), bytes.end()};
 }
 

@@ -9,7 +9,7 @@ find_package(ZLIB REQUIRED)
 # pkg-config is used for OpenImageIO, because its CMake package requires tools and OpenCV headers that kagero does not
 # need.
 pkg_check_modules(OpenImageIO REQUIRED IMPORTED_TARGET OpenImageIO)
-# Without OpenEXR or libpng, OpenImageIO writes their formats, and a small picture takes several times as long.
+# Without OpenEXR or libpng, OpenImageIO writes their formats, and small pictures take longer, because it is loaded.
 pkg_check_modules(OpenEXR IMPORTED_TARGET OpenEXR)
 pkg_check_modules(libpng IMPORTED_TARGET libpng)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)

@@ -5,17 +5,11 @@
 #include "modules/module_files.h"
 
 #include <filesystem>
+#include <mutex>
 #include <ostream>
 
 namespace kagero {
 namespace {
-
-/// A format that a module of its own encodes.
-struct EncodedFormat {
-    const char* extension;
-    const char* module;
-};
-constexpr EncodedFormat formats[] = {{".exr", "kagero-openexr.so"}, {".png", "kagero-png.so"}};
 
 /// Loads a module and returns what its function `entry` returns. Throws RunError if it belongs to another version.
 template <class Function>
@@ -26,27 +20,28 @@ auto functions_of(const std::string& path, const char* entry) {
     return functions;
 }
 
-/// Returns the encoder at an index of `formats`; null if its module is not installed.
-template <std::size_t Index>
-const Encoder* encoder_at() {
-    static const Encoder* const encoder = []() -> const Encoder* {
-        const std::string path = module_file(formats[Index].module);
-        return path.empty() ? nullptr : functions_of<EncoderFunction>(path, "kagero_encoder");
-    }();
-    return encoder;
-}
+/// A format that a module of its own encodes.
+struct EncodedFormat {
+    const char* extension;
+    const char* module;
+    std::once_flag is_searched{};
+    const Encoder* encoder = nullptr;  ///< Null if the module is not installed.
+};
+EncodedFormat formats[] = {{".exr", "kagero-openexr.so"}, {".png", "kagero-png.so"}};
 
 /// Returns the encoder of a format; null if OpenImageIO encodes it.
-template <std::size_t... Index>
-const Encoder* encoder_of(std::string extension, std::index_sequence<Index...>) {
+const Encoder* encoder_of(std::string extension) {
     for (char& c : extension)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    const Encoder* encoder = nullptr;
-    ((extension == formats[Index].extension && (encoder = encoder_at<Index>())), ...);
-    return encoder;
-}
-const Encoder* encoder_of(const std::string& extension) {
-    return encoder_of(extension, std::make_index_sequence<std::size(formats)>());
+    for (EncodedFormat& format : formats) {
+        if (extension != format.extension) continue;
+        std::call_once(format.is_searched, [&] {
+            const std::string path = module_file(format.module);
+            if (!path.empty()) format.encoder = functions_of<EncoderFunction>(path, "kagero_encoder");
+        });
+        return format.encoder;
+    }
+    return nullptr;
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ protected:
     }
 };
 
-// A crop with three channels, one of which is stored as 16-bit floats, with numbers beyond the range of both types.
+// Pictures with 32-bit and with 16-bit floats, beyond whose range some numbers are, and a crop.
 TEST_F(Encoders, WriteExrAsOpenImageIODoes) {
     constexpr int width = 37, height = 29;
     std::vector<float> pixels(3 * width * height);
@@ -106,7 +106,7 @@ TEST_F(Encoders, WriteExrAsOpenImageIODoes) {
     EXPECT_EQ(decoded<std::uint16_t>("a.exr", crop), decoded<std::uint16_t>("b.exr", with_openimageio));
 }
 
-TEST_F(Encoders, WritePngAsOpenImageIODoes) {
+TEST_F(Encoders, WritePngThatOpenImageIOReads) {
     constexpr int width = 41, height = 23;
     std::vector<unsigned char> pixels(3 * width * height);
     for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<unsigned char>(i * i / 7);

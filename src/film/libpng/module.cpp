@@ -1,5 +1,4 @@
-// The encoder of .png files. It uses libpng itself, which is loaded in a millisecond; OpenImageIO loads hundreds of
-// libraries.
+// The encoder of .png files. It uses libpng itself, because OpenImageIO loads many libraries that are not needed.
 #include "film/codec.h"
 
 #include <png.h>
@@ -7,6 +6,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdlib>
+#include <new>
 
 namespace kagero {
 namespace {
@@ -17,9 +17,17 @@ struct Output {
     std::string failure{};
 };
 
-void append(png_structp png, png_bytep bytes, png_size_t count) {
-    std::vector<unsigned char>& file = static_cast<Output*>(png_get_io_ptr(png))->bytes;
+/// Appends bytes to a file. Returns false if there is not enough memory.
+bool append_to(std::vector<unsigned char>& file, const unsigned char* bytes, std::size_t count) try {
     file.insert(file.end(), bytes, bytes + count);
+    return true;
+} catch (const std::bad_alloc&) {
+    return false;
+}
+
+void append(png_structp png, png_bytep bytes, png_size_t count) {
+    if (!append_to(static_cast<Output*>(png_get_io_ptr(png))->bytes, bytes, count))
+        png_error(png, "it requires more memory than is available");  // exceptions cannot pass through libpng
 }
 
 [[noreturn]] void fail(png_structp png, png_const_charp reason) {

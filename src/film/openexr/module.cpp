@@ -1,5 +1,5 @@
-// The encoder of .exr files. It uses OpenEXR itself, which is loaded in a few milliseconds; OpenImageIO loads hundreds
-// of libraries. The content is the one that OpenImageIO would write.
+// The encoder of .exr files. It uses OpenEXR itself, because OpenImageIO loads many libraries that are not needed.
+// The content is the one that OpenImageIO would write.
 #include "film/codec.h"
 
 #include <ImfChannelList.h>

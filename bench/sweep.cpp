@@ -19,14 +19,26 @@ namespace {
 
 using namespace kagero;
 
-/// A space with the parameter that the sweep changes.
+/// A space with the key that the sweep changes.
 struct SweepCase {
-    const char *space, *parameter;
+    const char *name, *space, *key;
     double value;
 };
 const SweepCase cases[] = {
-    {"schwarzschild", "rg", 0.5}, {"kerr", "spin", 0.7},  {"wormhole", "throat", 0.5},
-    {"fisheye", "radius", 3},     {"shimmer", "n0", 1.2},
+    {"schwarzschild", "space.hamiltonian = 'schwarzschild'\n", "space.rg", 0.5},
+    {"kerr", "space.hamiltonian = 'kerr'\n", "space.spin", 0.7},
+    {"wormhole", "space.hamiltonian = 'wormhole'\n", "space.throat", 0.5},
+    {"fisheye", "space.hamiltonian = 'fisheye'\n", "space.radius", 3},
+    {"shimmer", "space.hamiltonian = 'shimmer'\n", "space.n0", 1.2},
+    {"lens",
+     "[space]\nhamiltonian = 'formula'\nH = '(px^2 + py^2 + pz^2 - n^2)/2'\n"
+     "[space.constants]\na = 0.2\nw = 3\n[space.let]\nn = '1 + a*exp(-(x^2 + y^2 + z^2)/w^2)'\n",
+     "space.constants.a", 0.2},
+    {"charged-hole",
+     "[space]\nhamiltonian = 'formula'\nH = '(px^2 + py^2 + pz^2 - pt^2 - (2*m/r - k^2/r^2)*(pt + pr)^2)/2'\n"
+     "capture = 'r - m - sqrt(m^2 - k^2)'\nlength_scale = '0.25*r'\n"
+     "[space.constants]\npt = 1\nm = 0.25\nk = 0.15\n",
+     "space.constants.m", 0.25},
 };
 
 constexpr std::size_t count = 10000;
@@ -40,9 +52,8 @@ PlanWithOverrides planner_of(const SweepCase& sweep_case) {
         Options options;
         options.energy_error = options.parameter = true;
         options.threads = 1;
-        const std::string text = std::string("[space]\nhamiltonian = \"") + sweep_case.space + "\"\n";
-        return resolve(load_scene_text(text, "sweep.toml", {overrides.begin(), overrides.end()}, catalogue(options.isa),
-                                       SceneUse::single_rays),
+        return resolve(load_scene_text(sweep_case.space, "sweep.toml", {overrides.begin(), overrides.end()},
+                                       catalogue(options.isa), SceneUse::single_rays),
                        options, Purpose::ray_list);
     };
 }
@@ -60,7 +71,7 @@ void count_steps(benchmark::State& state, const std::vector<RayEnd>& ends) {
 /// Traces one ray for many values of the parameter.
 void one_ray(benchmark::State& state, const SweepCase& sweep_case) {
     const Plan plan = planner_of(sweep_case)({});
-    SweptKey key{std::string("space.") + sweep_case.parameter, {}};
+    SweptKey key{sweep_case.key, {}};
     for (std::size_t i = 0; i < count; ++i) key.values.push_back(sweep_case.value * factor_of(i));
     const PlanWithOverrides made_before = [&](const std::vector<std::string>&) { return plan; };
     SweepResult result;
@@ -72,7 +83,7 @@ void one_ray(benchmark::State& state, const SweepCase& sweep_case) {
 /// Traces many rays with one value of the parameter.
 void one_set(benchmark::State& state, const SweepCase& sweep_case) {
     char override_text[100];
-    std::snprintf(override_text, sizeof override_text, "space.%s=%.17g", sweep_case.parameter, sweep_case.value);
+    std::snprintf(override_text, sizeof override_text, "%s=%.17g", sweep_case.key, sweep_case.value);
     const Plan plan = planner_of(sweep_case)({override_text});
     std::vector<RayInput> rays;
     for (std::size_t i = 0; i < count; ++i) rays.push_back(ray_with_slope(0.02 * factor_of(i)));
@@ -83,7 +94,7 @@ void one_set(benchmark::State& state, const SweepCase& sweep_case) {
 
 void add(const SweepCase& sweep_case, const char* row,
          void (*measure)(benchmark::State& state, const SweepCase& sweep_case)) {
-    const std::string name = std::string("sweep/") + sweep_case.space + "." + sweep_case.parameter + "/" + row;
+    const std::string name = std::string("sweep/") + sweep_case.name + "." + sweep_case.key + "/" + row;
     benchmark::RegisterBenchmark(name.c_str(),
                                  [&sweep_case, measure](benchmark::State& state) { measure(state, sweep_case); })
         ->UseRealTime()

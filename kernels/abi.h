@@ -17,7 +17,7 @@
 #include <limits>
 
 namespace kagero {
-inline constexpr std::uint32_t abi_version = 40;
+inline constexpr std::uint32_t abi_version = 41;
 /// How vector lanes are filled: not at all (scalar code), with parts of the work of one ray, or with one ray each.
 enum class Strategy : std::uint8_t { scalar, per_ray, packet };
 enum class Precision : std::uint8_t { float64, float32 };
@@ -126,7 +126,7 @@ enum OutputBits : std::uint32_t { output_energy = 1, output_parameter = 2, outpu
 inline constexpr std::uint32_t output_integrals = output_action | output_time;
 
 /// A point of a ray's path, passed to Job::path_sink after every step; step 0 is the start. With Job::path_interval,
-/// `step` is k for the point at λ = k·path_interval.
+/// `step` is k for the point at k·path_interval, where λ of the path includes Job::path_offsets; `parameter` does not.
 struct PathPoint {
     std::uint64_t ray;
     std::uint32_t step;
@@ -188,6 +188,8 @@ struct Job {
     void (*path_sink)(void* user, const PathPoint*);  ///< Null: paths are not reported.
     void* path_user;
     double path_interval;           ///< If > 0, path_sink gets the points at its multiples λ instead of the steps.
+    /// For each ray of `rays`, λ of its path at the start of the ray, to which path_interval refers; null: 0.
+    const double* path_offsets = nullptr;
     bool timed;                     ///< Counters::query_ticks and refinement_ticks are measured.
     bool (*cancelled)(void* user);  ///< Called every few dozen steps; if true, the tile is abandoned. May be null.
     void* cancel_user;
@@ -220,6 +222,15 @@ struct Operations {
     double per_step_without_surfaces;
 };
 
+/// A space and a method, for KernelInfo::refusal.
+struct SpaceAndMethod {
+    std::uint32_t hamiltonian;  ///< Index into Module::hamiltonians.
+    const double* parameters;   ///< As in Job.
+    std::uint32_t integrator;   ///< Index into Module::integrators.
+    bool rescaled;              ///< As in Job.
+    bool straight;              ///< True if all rays of the space are straight, so that no method is needed.
+};
+
 /// A kernel: one combination of strategy, precision and packet width.
 struct KernelInfo {
     Strategy strategy;
@@ -229,7 +240,7 @@ struct KernelInfo {
     /// Traces a tile. `ends` receives (x1−x0)·(y1−y0) entries, row by row.
     void (*trace)(const Job*, const Tile*, RayEnd* ends, Counters*);
     /// Returns null if the kernel supports this space and method, else the reason. A null pointer means full support.
-    const char* (*refusal)(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
+    const char* (*refusal)(const SpaceAndMethod*);
 };
 
 /// The result of `kagero_kernels()`; valid as long as the module is loaded.

@@ -10,7 +10,7 @@
 namespace kagero {
 
 /// Version of this interface. It changes with every change of the types in this file.
-inline constexpr std::uint32_t code_generation_abi = 1;
+inline constexpr std::uint32_t code_generation_abi = 2;
 
 enum class InstructionSet : std::uint8_t { sse2, avx2, avx512 };
 
@@ -36,7 +36,8 @@ struct ValueType {
     std::uint32_t joint_operation_count;
 };
 
-/// A node of a program. Operands are indices of earlier nodes; −1: absent. In an input, `a` is its index.
+/// A node of a program. Operands are indices of earlier nodes; −1: absent. In an input, `a` is its index. In a
+/// constant, `a` is the only lane that has the value, while all other lanes are 0; −1: all lanes have the value.
 struct ProgramNode {
     Op op;
     std::int32_t a, b, c;
@@ -50,6 +51,8 @@ struct FunctionDescription {
     std::uint32_t node_count, input_count;
     const std::int32_t* outputs;  ///< Indices of nodes.
     std::uint32_t output_count;
+    /// True: each input is one number, which all lanes have, instead of a value.
+    bool inputs_are_numbers = false;
 };
 
 }  // namespace kagero

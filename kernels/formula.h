@@ -6,15 +6,17 @@
 namespace kagero {
 
 enum class Op : std::uint8_t;  // kernels/operation.h
-/// An operation of a formula. Operands are indices of earlier nodes; `a` of an input indexes (x y z px py pz pt).
+/// An operation of a formula. Operands are indices of earlier nodes. `a` of an input indexes (x y z px py pz pt), and
+/// `a` of a parameter is its number.
 struct FormulaNode {
     Op op;
     std::int32_t a, b;
-    double value;  ///< Value of a constant.
+    double value;  ///< Value of a constant, or of a parameter in one set of parameters.
 };
 
 /// A Hamiltonian that is written in a scene. Its expressions are indices into one list of nodes; −1: absent. If
-/// `energy` is −1, only `rescale` may be stated, and everything else is that of the compiled Hamiltonian `hamiltonian`.
+/// `energy` is −1, only `rescale` or `declared_rescaling` may be stated, and everything else is that of the compiled
+/// Hamiltonian `hamiltonian`.
 struct Formula {
     const FormulaNode* nodes;
     std::uint32_t node_count;
@@ -30,8 +32,13 @@ struct Formula {
     const double* branch_magnitudes = nullptr;
     std::uint32_t hamiltonian = 0;       ///< If `energy` is −1: an index into Module::hamiltonians.
     const double* parameters = nullptr;  ///< If `energy` is −1: the parameters of that Hamiltonian.
+    /// Number of parameters in the nodes. Only Module::sweep_kernel traces rays of a formula with parameters.
+    std::uint32_t parameter_count = 0;
+    bool declared_rescaling = false;     ///< If `energy` is −1: Ω is that of the compiled Hamiltonian.
+    bool for_comparison = false;         ///< The programs are also needed by the kernels that exist for comparison.
 };
-inline constexpr std::uint32_t max_formula_nodes = 4096;  ///< Greatest number of nodes.
+inline constexpr std::uint32_t max_formula_nodes = 4096;     ///< Greatest number of nodes.
+inline constexpr std::uint32_t max_formula_parameters = 16;  ///< Greatest number of parameters.
 
 struct FunctionDescription;  // kernels/code_generation.h
 /// Receives the functions of a formula one after the other. `user` is the argument of FormulaFunctions::describe.
@@ -43,10 +50,13 @@ using CompiledFunction = void (*)(const void* in, void* out, std::uint64_t point
 
 /// The functions of a kernel module for the compilation of programs that Module::compile has written.
 struct FormulaFunctions {
-    /// Passes every function that can be compiled to `sink`, in an order that depends only on the programs.
+    /// Passes every function that can be compiled to `sink`, in an order that depends only on the programs. Functions
+    /// of kernels that exist for comparison are passed only if Formula::for_comparison was set.
     void (*describe)(const double* programs, void* user, FunctionSink sink);
     /// Replaces the interpreter of these programs by compiled functions, which have the order of `describe`.
     void (*use)(double* programs, const CompiledFunction* functions);
+    /// Sets the values of the parameters with which starts of rays and rest frames are computed.
+    void (*set_parameters)(double* programs, const double* values);
 };
 
 }  // namespace kagero

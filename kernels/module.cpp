@@ -145,7 +145,7 @@ const char* compile(const Formula* formula, double* programs) {
     formula::Programs& out = *new (programs) formula::Programs;
     if (formula->energy >= 0) return formula::compile(*formula, nullptr, out);
     return visit_hamiltonian(formula->hamiltonian, [&]<class H>() -> const char* {
-        if (HasDiscontinuity<H>)
+        if (HasDiscontinuity<H> && formula->rescale >= 0)
             return "the gradient of its H is discontinuous at a surface, so H cannot be rescaled";
         return formula::compile(*formula, &formula::rerecorded<H>, out);
     });
@@ -309,7 +309,8 @@ const Module module{
     .hole_radius = chart_functions::hole_radius,
     .compile = compile,
     .program_size = sizeof(formula::Programs) / sizeof(double),
-    .formula_refusal = formula_refusal, .formula_functions = {formula::describe_functions, formula::use_functions},
+    .formula_refusal = formula_refusal,
+    .formula_functions = {formula::describe_functions, formula::use_functions, formula::set_parameters},
     .operations = operations,
     .bound_roundings = bound_roundings<PacketDouble>,
     .multiply_adds = multiply_adds,

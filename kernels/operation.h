@@ -16,6 +16,8 @@ enum class Op : std::uint8_t {
 #undef KAGERO_OPERATION
 };
 
+/// Returns true for constants, parameters and inputs.
+constexpr bool is_leaf(Op op) { return op <= Op::input; }
 /// Returns true if the operation passes or blocks its second operand, depending on the sign of the first.
 constexpr bool is_gate(Op op) { return op == Op::if_positive || op == Op::unless_positive; }
 /// Returns true if the result or its derivatives jump where the operation changes its branch.

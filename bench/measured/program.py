@@ -43,6 +43,11 @@ class Program:
         """Returns the JSON report of one run of kagero."""
         return json.loads(self.text(*arguments, "--quiet", "--json"))
 
+    @staticmethod
+    def read_json(path):
+        """Returns the content of a JSON file."""
+        return json.loads(pathlib.Path(path).read_text())
+
     def benchmark(self, name, *arguments):
         """Runs a Google Benchmark program once and returns its list of results."""
         words = [str(a) for a in arguments]
@@ -65,7 +70,8 @@ class Program:
 
     def compare(self, scene, *arguments):
         """Returns the report of `kagero compare` for a scene in scenes/."""
-        return self.json("compare", SCENES / scene, "--rounds", self.rounds, *arguments)
+        size = [] if "--size" in arguments or "--equal-error" in arguments else ["--seconds", 0]
+        return self.json("compare", SCENES / scene, "--rounds", self.rounds, *size, *arguments)
 
     def render(self, scene, *arguments):
         """Returns the report of a render, and the bytes of its picture."""

@@ -51,7 +51,7 @@ V rounding_bound_of(const ProgramWithUniforms<S>& code, const V* inputs, const V
     V sum = zero;
     for (int i = program.size - 1; i >= 0; --i) {
         const Node& n = program.nodes[i];
-        if (detail::is_leaf(n.op)) continue;
+        if (is_leaf(n.op)) continue;
         const int operands[most_operands] = {n.a, n.b, n.c};
         const V adjoint_norm = sqrt(adjoint[i][0] * adjoint[i][0] + adjoint[i][1] * adjoint[i][1]);
         // Operations without effect are skipped in each lane, because those of a blocked branch may not be finite.

@@ -68,8 +68,6 @@ struct VaryingInputs {
 
 namespace detail {
 
-constexpr bool is_leaf(Op op) { return op <= Op::input; }
-
 /// Returns the node n with its operands renumbered: operand i becomes new_index[i].
 constexpr Node renumbered(Node n, const int* new_index) {
     if (is_leaf(n.op)) return n;

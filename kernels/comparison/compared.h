@@ -4,10 +4,12 @@
 /// A vectorization is a struct that defines how lanes are used. It contains the value type of the tracing loop, the
 /// strategy and its form as in `kagero list strategies`, and the number of registers per variable. Its kernels are
 /// compiled only for the Hamiltonians in `compared_hamiltonians` (kernels/CMakeLists.txt), here called compared
-/// Hamiltonians.
+/// Hamiltonians, and for formulas, which are machine code. Other Hamiltonians are compared by the programs of a formula
+/// that are recorded from them at run time (Formula::for_comparison).
 #pragma once
 
 #include "kernels/comparison/forward.h"
+#include "kernels/formula/programs.h"
 #include "kernels/methods/space_kernel.h"
 #include "kernels/trace/packets.h"
 #include "kernels/trace/registry.h"
@@ -73,14 +75,18 @@ inline constexpr bool is_compared = false;
 template <class Vectorization, class H>
 const SpaceKernel<typename Vectorization::Value>& compared_kernel(bool rescaled);
 
+/// Returns the kernel of a formula. This function is defined in compared_formula.h and instantiated in files that
+/// kernels/CMakeLists.txt generates from compared_formula.cpp.in.
+template <class Vectorization>
+const SpaceKernel<typename Vectorization::Value>& compared_formula_kernel(const formula::Programs& programs);
+
 /// Traces a tile of rays with the kernel of this vectorization. Implements KernelInfo::trace.
 template <class Vectorization>
 void trace_compared(const Job*, const Tile*, RayEnd*, Counters*);
 /// Returns nullptr if the kernel of this vectorization supports the space and the method, else the reason why not.
-/// `hamiltonian` is an index in Module::hamiltonians, and `integrator` is one in Module::integrators. `straight` is
-/// true if all rays of the space are straight, so that no method is needed. Implements KernelInfo::refusal.
+/// Implements KernelInfo::refusal.
 template <class Vectorization>
-const char* compared_refusal(std::uint32_t hamiltonian, std::uint32_t integrator, bool rescaled, bool straight);
+const char* compared_refusal(const SpaceAndMethod* combination);
 
 /// Returns the entry of a vectorization in the list Module::kernels.
 template <class Vectorization>

@@ -70,6 +70,9 @@ struct CompetitiveSteppers {
     }
 };
 
+inline constexpr const char* only_gauss_methods = "only Gauss-Legendre methods have stages to put in the lanes";
+inline constexpr const char* not_compiled_for_method = "this kernel is not compiled for this method";
+
 /// Returns the kernel of a Hamiltonian, with or without time rescaling, for a vectorization.
 template <class Vectorization, class H, bool Rescaled>
 constexpr auto make_compared_kernel() {
@@ -77,14 +80,12 @@ constexpr auto make_compared_kernel() {
     using S = ScalarOf<V>;
     if constexpr (Vectorization::form == Form::gradient) return make_space_kernel<ForwardSystem<H, Rescaled, S>, V>();
     else if constexpr (Vectorization::form == Form::stages)
-        return kernel_of_selection<System<H, Rescaled, S>, V>(
-            SteppersForStages{}, "only Gauss-Legendre methods have stages to put in the lanes");
+        return kernel_of_selection<System<H, Rescaled, S>, V>(SteppersForStages{}, only_gauss_methods);
     else {
         using SystemType = std::conditional_t<Vectorization::form == Form::auto_vectorized,
                                               AutoVectorizedSystem<H, Rescaled, S>, System<H, Rescaled, S>>;
         if constexpr (Rescaled == Rescalable<H>)
-            return kernel_of_selection<SystemType, V>(CompetitiveSteppers{},
-                                                      "this kernel is not compiled for this method");
+            return kernel_of_selection<SystemType, V>(CompetitiveSteppers{}, not_compiled_for_method);
         else
             return kernel_of_selection<SystemType, V>(
                 SteppersWithoutRescaling{}, "for this space, this kernel is compiled only with time rescaling");

@@ -11,6 +11,7 @@
 #include "kernels/equations/system.h"
 #include "kernels/formula/compiled.h"
 
+#include <algorithm>
 #include <cstdint>
 
 namespace kagero::formula {
@@ -50,7 +51,9 @@ enum { index_time_rescaling = event_function_count, formula_function_count };
 
 /// A program in the form that the interpreter executes.
 struct Code {
-    static constexpr int inputs = state_size, max_slots = 256, max_outputs = formula_function_count;
+    static constexpr int max_inputs = state_size + static_cast<int>(max_formula_parameters);
+    static constexpr int max_slots = 256, max_outputs = formula_function_count;
+    std::int32_t inputs = state_size;  ///< number of inputs: the state, then parameters of the formula
     std::int32_t slots, constants, runs, outputs;  ///< numbers of used slots, constants, runs and outputs
     /// Number of runs at the beginning of the code that do not depend on the varying inputs (the constructor argument
     /// of CodeWriter).
@@ -70,7 +73,7 @@ struct Code {
 };
 
 /// Converts a program to code: puts the operations in order and assigns slots to the results. Operations that do not
-/// depend on the varying inputs come first.
+/// depend on the varying inputs come first. Parameters are inputs that do not vary.
 template <int Size, int Outputs>
 class CodeWriter {
 public:
@@ -78,7 +81,7 @@ public:
         for (int k = 0; k < p_.size; ++k) {
             const Node& n = p_.nodes[k];
             if (n.op == Op::input) varies_[k] = n.a >= varying.first && n.a < varying.last;
-            else if (!detail::is_leaf(n.op))
+            else if (!is_leaf(n.op))
                 for (const int operand : {n.a, n.b, n.c})
                     if (operand >= 0) {
                         varies_[k] = varies_[k] || varies_[operand];
@@ -102,12 +105,12 @@ public:
 
 private:
     /// Returns true if node k is absent (k < 0), is a leaf, or is already scheduled.
-    bool available(int k) const { return k < 0 || detail::is_leaf(p_.nodes[k].op) || scheduled_[k]; }
+    bool available(int k) const { return k < 0 || is_leaf(p_.nodes[k].op) || scheduled_[k]; }
     /// Returns true if node k can be scheduled next: its operands are available, and it depends on the varying inputs
     /// if and only if `varying` is true.
     bool ready(int k, bool varying) const {
         const Node& n = p_.nodes[k];
-        return !detail::is_leaf(n.op) && !scheduled_[k] && varies_[k] == varying && available(n.a) && available(n.b) &&
+        return !is_leaf(n.op) && !scheduled_[k] && varies_[k] == varying && available(n.a) && available(n.b) &&
                available(n.c);
     }
     /// Schedules the nodes that depend on the varying inputs if `varying` is true, else the other nodes. Each run
@@ -186,15 +189,21 @@ private:
     }
     /// Assigns slots to the inputs and constants. Returns false if there are too few slots.
     bool assign_leaf_slots() {
+        code_.inputs = state_size;
         for (int k = 0; k < p_.size; ++k) {
             const Node& n = p_.nodes[k];
             if (n.op == Op::input) slot_[k] = n.a;
-            if (n.op != Op::constant) continue;
-            if (Code::inputs + code_.constants == Code::max_slots) return false;
-            slot_[k] = Code::inputs + code_.constants;
-            code_.constant[code_.constants++] = n.value;
+            if (n.op != Op::parameter) continue;
+            slot_[k] = state_size + n.a;
+            code_.inputs = std::max(code_.inputs, slot_[k] + 1);
         }
-        code_.slots = Code::inputs + code_.constants;
+        for (int k = 0; k < p_.size; ++k) {
+            if (p_.nodes[k].op != Op::constant) continue;
+            if (code_.inputs + code_.constants == Code::max_slots) return false;
+            slot_[k] = code_.inputs + code_.constants;
+            code_.constant[code_.constants++] = p_.nodes[k].value;
+        }
+        code_.slots = code_.inputs + code_.constants;
         return true;
     }
     /// Assigns slots to results; a slot is free again after its last use. Returns false if there are too few slots.
@@ -208,7 +217,7 @@ private:
             to = {0, offset_of(a), offset_of(b), offset_of(n.c)};
             const int operands[3] = {n.a, n.b != n.a ? n.b : -1, n.c != n.a && n.c != n.b ? n.c : -1};
             for (const int operand : operands)
-                if (operand >= 0 && !detail::is_leaf(p_.nodes[operand].op) && last_use_[operand] == i)
+                if (operand >= 0 && !is_leaf(p_.nodes[operand].op) && last_use_[operand] == i)
                     free_slots[free_count++] = slot_[operand];
             if (free_count == 0 && code_.slots == Code::max_slots) return false;
             slot_[k] = free_count ? free_slots[--free_count] : code_.slots++;

@@ -2,6 +2,7 @@
 // tape are written as code (code.h).
 #include "kernels/formula/programs.h"
 #include "kernels/autodiff/squares.h"
+#include "kernels/autodiff/tangent.h"
 
 #include <algorithm>
 
@@ -28,6 +29,11 @@ struct FormulaTape {
     int energy_residual() {
         if (compiled) return compiled->record_energy_residual(tape, formula.parameters);
         return tape.sub(expression(formula.energy), tape.constant(formula.level));
+    }
+    /// Records Ω and returns its node.
+    int time_rescaling_factor() {
+        if (formula.rescale >= 0) return expression(formula.rescale);
+        return compiled->record_time_rescaling_factor(tape, formula.parameters);
     }
     /// Records the event functions that the formula defines.
     void record_events(const std::array<int, phase_size>& gradient,
@@ -71,6 +77,7 @@ struct FormulaTape {
             const FormulaNode& n = formula.nodes[i];
             if (!needed[i]) continue;
             if (n.op == Op::constant) tape_node[i] = tape.constant(n.value);
+            else if (n.op == Op::parameter) tape_node[i] = tape.parameter(n.a);
             else if (n.op == Op::input) tape_node[i] = input[n.a];
             else if (n.op == Op::sqrt && use == value_only) tape_node[i] = record_sqrt(tape_node[n.a]);
             else tape_node[i] = record(tape, n.op, tape_node[n.a], n.b < 0 ? -1 : tape_node[n.b]);
@@ -85,7 +92,7 @@ private:
         needed[root] = true;
         for (std::int32_t i = root; i >= 0; --i) {
             const FormulaNode& n = formula.nodes[i];
-            if (!needed[i] || detail::is_leaf(n.op)) continue;
+            if (!needed[i] || is_leaf(n.op)) continue;
             needed[n.a] = true;
             if (n.b >= 0) needed[n.b] = true;
         }
@@ -139,7 +146,7 @@ bool small_as_tree(const Tape& t, int root) {
     std::array<double, Tape::capacity> size{};
     for (int i = 0; i <= root; ++i) {
         size[i] = 1;
-        if (detail::is_leaf(t.nodes[i].op)) continue;
+        if (is_leaf(t.nodes[i].op)) continue;
         for (const int operand : {t.nodes[i].a, t.nodes[i].b})
             if (operand >= 0) size[i] += size[operand];
     }
@@ -152,35 +159,74 @@ int collect_squares_if_small(Tape& t, int sum) {
     return !t.full && small_as_tree(t, sum) ? collect_squares(t, sum) : sum;
 }
 
+/// The nodes of H − H0, Ω and K on the tape of a formula.
+struct HamiltonianNodes {
+    int residual, rescaling, hamiltonian;
+};
+HamiltonianNodes record_hamiltonian(FormulaTape& formula_tape, bool rescaled) {
+    Tape& t = formula_tape.tape;
+    const int residual = collect_squares_if_small(t, formula_tape.energy_residual()), one = t.constant(1);
+    if (!rescaled) return {residual, one, residual};
+    const int rescaling = formula_tape.time_rescaling_factor();
+    return {residual, rescaling,
+            small_as_tree(t, residual) ? multiply_through(t, rescaling, residual) : t.mul(rescaling, residual)};
+}
+
+/// Records the event functions and returns their nodes. Writes the program of the switching function, if there is one,
+/// and sets `fits` to false if it is too large.
+std::array<int, event_function_count> write_switching_function(FormulaTape& formula_tape, const HamiltonianNodes& nodes,
+                                                               const std::array<int, phase_size>& g, Programs& p,
+                                                               bool& fits) {
+    Tape& t = formula_tape.tape;
+    std::array<int, event_function_count> functions = record_event_functions(
+        t, formula_tape.input, nodes.hamiltonian, nodes.rescaling, formula_tape.formula.level, g);
+    formula_tape.record_events(g, functions);
+    const int kinks = formula_tape.switching_function();
+    p.has_kinks = kinks >= 0;
+    if (p.has_kinks) functions[index_switching] = kinks;
+    fits = !t.full;
+    if (fits && (p.has_kinks || p.discontinuous))
+        fits = write(t, std::array{functions[index_switching]}, all_inputs, p.switching_function);
+    return functions;
+}
+
 /// Writes all programs of a formula except those of the parts H_A and H_B. Returns false if they are too large.
 bool write_main_programs(const Formula& f, const RerecordedHamiltonian* compiled, Programs& p) {
     FormulaTape formula_tape(f, compiled);
     Tape& t = formula_tape.tape;
-    const int residual = collect_squares_if_small(t, formula_tape.energy_residual());
-    int hamiltonian = residual, rescaling = t.constant(1);  // the nodes of K and Ω
-    if (p.rescaled) {
-        rescaling = formula_tape.expression(f.rescale);
-        hamiltonian = small_as_tree(t, residual) ? multiply_through(t, rescaling, residual)
-                                                 : t.mul(rescaling, residual);
-    }
+    const HamiltonianNodes nodes = record_hamiltonian(formula_tape, p.rescaled);
     if (t.full) return false;
-    const std::array<int, phase_size> g = record_derivatives(t, hamiltonian, formula_tape.input);
-    std::array<int, event_function_count> event_functions =
-        record_event_functions(t, formula_tape.input, hamiltonian, rescaling, f.level, g);
-    formula_tape.record_events(g, event_functions);
-    const int switching = formula_tape.switching_function();
-    p.has_kinks = switching >= 0;
-    if (p.has_kinks) event_functions[index_switching] = switching;
-    if (p.has_kinks && !t.full && !write(t, std::array{switching}, all_inputs, p.switching_function)) return false;
-    if (t.full || !write(t, std::array{residual}, all_inputs, p.energy_residual)) return false;
+    const std::array<int, phase_size> g = record_derivatives(t, nodes.hamiltonian, formula_tape.input);
+    bool fits = true;
+    const auto event_functions = write_switching_function(formula_tape, nodes, g, p, fits);
+    if (!fits || !write(t, std::array{nodes.residual}, all_inputs, p.energy_residual)) return false;
     p.derivative_nodes = gradient_nodes(t, g);
     std::array<int, formula_function_count> with_rescaling{};
     std::copy(event_functions.begin(), event_functions.end(), with_rescaling.begin());
-    with_rescaling[index_time_rescaling] = rescaling;
+    with_rescaling[index_time_rescaling] = nodes.rescaling;
     if (!write(t, g, all_inputs, p.derivatives) || !write(t, with_rescaling, all_inputs, p.event_functions))
         return false;
-    return write(t, std::array{rescaling}, all_inputs, p.time_rescaling_factor) &&
+    return write(t, std::array{nodes.rescaling}, all_inputs, p.time_rescaling_factor) &&
            write_gradient_halves(t, g, p.force, p.velocity, p.separable);
+}
+
+/// Writes the program that differentiates K in forward mode by some components of the state. If the program is too
+/// large, its size remains 0.
+void write_forward_program(const Formula& f, const RerecordedHamiltonian* compiled, bool rescaled,
+                           const ForwardRange& range, ForwardProgram& to) {
+    FormulaTape formula_tape(f, compiled);
+    Tape& t = formula_tape.tape;
+    const int count = range.last - range.first, hamiltonian = record_hamiltonian(formula_tape, rescaled).hamiltonian;
+    if (t.full) return;
+    std::array<int, phase_size> seeds{};
+    for (int k = 0; k < count; ++k) seeds[k] = t.input(state_size + k);
+    const int tangent = record_tangent(t, hamiltonian, formula_tape.input.data() + range.first, seeds.data(), count);
+    if (t.full) return;
+    const auto program = detail::extract_untrimmed<1>(t, std::array{tangent}, {});
+    if (!program.complete) return;
+    to.size = program.size;
+    to.output = program.outputs[0];
+    std::copy_n(program.nodes, program.size, to.nodes);
 }
 
 /// Writes the programs of the part H_A (index 0) or H_B (index 1). Returns false if they are too large.
@@ -200,12 +246,18 @@ const char* compile(const Formula& f, const RerecordedHamiltonian* compiled, Pro
     p = {};
     p.level = f.level;
     p.pt = f.pt;
-    p.rescaled = f.rescale >= 0;
+    p.rescaled = f.rescale >= 0 || f.declared_rescaling;
     p.parted = f.parts[0] >= 0;
+    p.parameters = static_cast<int>(f.parameter_count);
     p.bounds_steps = compiled ? compiled->bounds_steps : f.length_scale >= 0;
+    p.is_compiled_hamiltonian = compiled != nullptr;
+    p.discontinuous = compiled && compiled->discontinuous;
+    p.for_comparison = f.for_comparison;
     if (f.node_count > max_formula_nodes) return too_large;
     bool fits = write_main_programs(f, compiled, p);
     for (int i = 0; i < 2 && p.parted; ++i) fits = fits && write_part(f, i, p);
+    for (int i = 0; i < forward_count && fits && f.for_comparison; ++i)
+        write_forward_program(f, compiled, p.rescaled, forward_ranges[i], p.forward[i]);
     return fits ? nullptr : too_large;
 }
 

@@ -17,7 +17,8 @@ struct CompiledProgram {
 };
 
 /// Index of a value type in the list of types for which programs are compiled; −1 for other types, such as dual
-/// numbers, whose programs are always interpreted.
+/// numbers, whose programs are always interpreted. The types from `interpreted_type_count` on are used only by
+/// kernels/comparison. For them, no interpreter exists.
 template <class V>
 inline constexpr int compiled_type = -1;
 template <>
@@ -28,6 +29,18 @@ template <>
 inline constexpr int compiled_type<double> = 2;
 template <>
 inline constexpr int compiled_type<float> = 3;
-inline constexpr int compiled_type_count = 4;
+template <>
+inline constexpr int compiled_type<Lanes<double, 1>> = 4;
+template <>
+inline constexpr int compiled_type<Lanes<double, 4>> = 5;
+template <>
+inline constexpr int compiled_type<Lanes<float, 1>> = 6;
+template <>
+inline constexpr int compiled_type<Lanes<float, 4>> = 7;
+inline constexpr int interpreted_type_count = 4, compiled_type_count = 8;
+
+/// True if programs with this value type can be interpreted.
+template <class V>
+inline constexpr bool is_interpreted = compiled_type<V> < interpreted_type_count;
 
 }  // namespace kagero::formula

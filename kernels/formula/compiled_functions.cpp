@@ -1,6 +1,7 @@
 // Translation of a formula's code to the nodes that the compiler module receives, and the functions that compiled code
 // calls.
 #include "kernels/formula/compiled_functions.h"
+#include "kernels/simd/packed.h"
 
 #include <utility>
 
@@ -19,19 +20,46 @@ void compute(const void* a, const void* b, const void* c, void* result, void*) {
     *static_cast<V*>(result) = kagero::detail::apply_total<op, false, V>(x, y, z);
 }
 /// Computes two operations of a. The compiler evaluates their common parts only once.
+/// The same for values with 4 registers, by computing halves with 2 registers, so that fewer functions are compiled.
+template <Op op, class S>
+void compute_halves(const void* a, const void* b, const void* c, void* result, void*) {
+    using Half = Lanes<S, 2>;
+    constexpr int operands = Operation<op>::operands;
+    for (int half = 0; half < 2; ++half) {
+        const auto part = [&](const void* of) { return static_cast<const Half*>(of) + half; };
+        compute<op, Half>(part(a), operands > 1 ? part(b) : nullptr, operands > 2 ? part(c) : nullptr,
+                          static_cast<Half*>(result) + half, nullptr);
+    }
+}
 template <Op first, Op second, class V>
 void compute_both(const void* a, const void*, const void*, void* result, void* second_result) {
     const V x = *static_cast<const V*>(a);
     *static_cast<V*>(result) = kagero::detail::apply_total<first, false, V>(x, x, x);
     *static_cast<V*>(second_result) = kagero::detail::apply_total<second, false, V>(x, x, x);
 }
+template <Op first, Op second, class S>
+void compute_both_halves(const void* a, const void*, const void*, void* result, void* second_result) {
+    using Half = Lanes<S, 2>;
+    for (int half = 0; half < 2; ++half)
+        compute_both<first, second, Half>(static_cast<const Half*>(a) + half, nullptr, nullptr,
+                                          static_cast<Half*>(result) + half, static_cast<Half*>(second_result) + half);
+}
+/// True for values with 4 registers.
 template <class V>
-constexpr JointOperation joint_operations[] = {{Op::sin, Op::cos, &compute_both<Op::sin, Op::cos, V>}};
+inline constexpr bool has_halves = ValueTraits<V>::registers == 4;
+template <Op first, Op second, class V>
+constexpr OperationFunction joint_function() {
+    if constexpr (has_halves<V>) return &compute_both_halves<first, second, ScalarOf<V>>;
+    else return &compute_both<first, second, V>;
+}
+template <class V>
+constexpr JointOperation joint_operations[] = {{Op::sin, Op::cos, joint_function<Op::sin, Op::cos, V>()}};
 
 template <Op op, class V>
 OperationFunction operation_function() {
-    if constexpr (kagero::detail::is_leaf(op)) return nullptr;
+    if constexpr (is_leaf(op)) return nullptr;
     else if constexpr (Operation<op>::is_abbreviation) return nullptr;
+    else if constexpr (has_halves<V>) return &compute_halves<op, ScalarOf<V>>;
     else return &compute<op, V>;
 }
 struct OperationFunctions {
@@ -59,8 +87,10 @@ ValueType value_type() {
 }
 /// Returns the type with an index of `compiled_type`.
 const ValueType& value_type_at(int index) {
-    static const ValueType types[compiled_type_count] = {value_type<Lanes<double, 2>>(), value_type<Lanes<float, 2>>(),
-                                                         value_type<double>(), value_type<float>()};
+    static const ValueType types[compiled_type_count] = {
+        value_type<Lanes<double, 2>>(), value_type<Lanes<float, 2>>(), value_type<double>(),
+        value_type<float>(),            value_type<Lanes<double, 1>>(), value_type<Lanes<double, 4>>(),
+        value_type<Lanes<float, 1>>(),  value_type<Lanes<float, 4>>()};
     return types[index];
 }
 
@@ -70,9 +100,9 @@ const ValueType& value_type_at(int index) {
 class DecodedProgram {
 public:
     explicit DecodedProgram(const Code& code) : code_(code) {
-        for (int i = 0; i < Code::inputs; ++i) node_in_slot_[i] = append({Op::input, i, -1, -1, 0});
+        for (int i = 0; i < code_.inputs; ++i) node_in_slot_[i] = append({Op::input, i, -1, -1, 0});
         for (int i = 0; i < code.constants; ++i)
-            node_in_slot_[Code::inputs + i] = append({Op::constant, -1, -1, -1, code.constant[i]});
+            node_in_slot_[code_.inputs + i] = append({Op::constant, -1, -1, -1, code.constant[i]});
         for (int r = 0; r < code.runs; ++r) {
             if (r == code.prepared_runs) first_varying_ = count_;
             for (int i = 0; i < code.run[r].count; ++i)
@@ -84,18 +114,18 @@ public:
     }
     bool has_prepared_values() const { return prepared_count_ > 0; }
 
-    FunctionDescription whole(const ValueType& type) const { return describe(type, nodes_, Code::inputs, output_); }
+    FunctionDescription whole(const ValueType& type) const { return describe(type, nodes_, code_.inputs, output_); }
     /// Returns the program that computes the values that do not depend on the varying inputs.
     FunctionDescription prepare(const ValueType& type) const {
-        FunctionDescription f = describe(type, nodes_, Code::inputs, prepared_);
+        FunctionDescription f = describe(type, nodes_, code_.inputs, prepared_);
         f.output_count = static_cast<std::uint32_t>(prepared_count_);
         return f;
     }
     /// Returns the program that computes the outputs from the inputs and these values.
     FunctionDescription evaluate_prepared(const ValueType& type) {
         std::copy_n(nodes_, count_, rest_);
-        for (int i = 0; i < prepared_count_; ++i) rest_[prepared_[i]] = {Op::input, Code::inputs + i, -1, -1, 0};
-        return describe(type, rest_, Code::inputs + prepared_count_, output_);
+        for (int i = 0; i < prepared_count_; ++i) rest_[prepared_[i]] = {Op::input, code_.inputs + i, -1, -1, 0};
+        return describe(type, rest_, code_.inputs + prepared_count_, output_);
     }
 
 private:
@@ -135,7 +165,7 @@ private:
             for (const int operand : {nodes_[k].a, nodes_[k].b, nodes_[k].c})
                 if (operand >= 0) used[operand] = true;
         for (int o = 0; o < code_.outputs; ++o) used[output_[o]] = true;
-        for (int k = Code::inputs + code_.constants; k < first_varying_; ++k)
+        for (int k = code_.inputs + code_.constants; k < first_varying_; ++k)
             if (used[k]) prepared_[prepared_count_++] = k;
     }
     FunctionDescription describe(const ValueType& type, const ProgramNode* nodes, int inputs,
@@ -158,6 +188,26 @@ private:
     int last_ = 0;            ///< node of the last instruction
 };
 
+/// Returns the number of value types for which programs are compiled.
+int type_count(const Programs& p) { return p.for_comparison ? compiled_type_count : interpreted_type_count; }
+
+/// Passes a forward program to the sink. The state has the same values in all lanes, and the derivative by component k
+/// of the range is in lane k.
+void describe_forward(const ForwardProgram& forward, const ForwardRange& range, void* user, FunctionSink sink) {
+    ProgramNode nodes[Tape::capacity];
+    for (int i = 0; i < forward.size; ++i) {
+        const Node& n = forward.nodes[i];
+        if (n.op == Op::input && n.a >= state_size) nodes[i] = {Op::constant, n.a - state_size, -1, -1, 1};
+        else nodes[i] = {n.op, n.a, n.b, n.c, n.value};
+    }
+    const int type = range.last - range.first > space_size ? compiled_type<Packed<double, phase_size>>
+                                                           : compiled_type<Packed<double, space_size>>;
+    const std::int32_t output = forward.output;
+    const FunctionDescription function{&value_type_at(type), nodes, static_cast<std::uint32_t>(forward.size),
+                                       state_size,           &output, 1, true};
+    sink(user, &function);
+}
+
 /// Calls visit(code) for every code of the programs.
 template <class SomePrograms, class Visit>
 void visit_codes(SomePrograms& p, const Visit& visit) {
@@ -172,7 +222,7 @@ void visit_codes(SomePrograms& p, const Visit& visit) {
 void describe_functions(const double* programs, void* user, FunctionSink sink) {
     visit_codes(programs_in(programs), [&](const Code& code) {
         DecodedProgram program(code);
-        for (int type = 0; type < compiled_type_count; ++type) {
+        for (int type = 0; type < type_count(programs_in(programs)); ++type) {
             const FunctionDescription whole = program.whole(value_type_at(type));
             sink(user, &whole);
             if (!program.has_prepared_values()) continue;
@@ -182,18 +232,31 @@ void describe_functions(const double* programs, void* user, FunctionSink sink) {
             sink(user, &rest);
         }
     });
+    for (int i = 0; i < forward_count; ++i)
+        if (const ForwardProgram& forward = programs_in(programs).forward[i]; forward.size > 0)
+            describe_forward(forward, forward_ranges[i], user, sink);
+}
+
+void set_parameters(double* programs, const double* values) {
+    Programs& p = *reinterpret_cast<Programs*>(programs);
+    std::copy_n(values, p.parameters, p.parameter);
 }
 
 void use_functions(double* programs, const CompiledFunction* functions) {
-    visit_codes(*reinterpret_cast<Programs*>(programs), [&](Code& code) {
+    Programs& all = *reinterpret_cast<Programs*>(programs);
+    visit_codes(all, [&](Code& code) {
         const bool prepares = DecodedProgram(code).has_prepared_values();
-        for (CompiledProgram& program : code.compiled) {
+        for (int type = 0; type < type_count(all); ++type) {
+            CompiledProgram& program = code.compiled[type];
             program.evaluate = program.evaluate_prepared = *functions++;
             if (!prepares) continue;
             program.prepare = *functions++;
             program.evaluate_prepared = *functions++;
         }
     });
+    for (ForwardProgram& forward : all.forward)
+        if (forward.size > 0) forward.evaluate = *functions++;
+    all.is_compiled = true;
 }
 
 }  // namespace kagero::formula

@@ -9,5 +9,6 @@ namespace kagero::formula {
 /// Implement FormulaFunctions.
 void describe_functions(const double* programs, void* user, FunctionSink sink);
 void use_functions(double* programs, const CompiledFunction* functions);
+void set_parameters(double* programs, const double* values);
 
 }  // namespace kagero::formula

@@ -85,10 +85,10 @@ public:
     Slots() {}
     T* data() { return reinterpret_cast<T*>(memory_); }
     KAGERO_INLINE void fill_constants(const Code& code) {
-        for (int i = 0; i < code.constants; ++i) data()[Code::inputs + i] = T(code.constant[i]);
+        for (int i = 0; i < code.constants; ++i) data()[code.inputs + i] = T(code.constant[i]);
     }
-    KAGERO_INLINE void fill_inputs(const T* in) {
-        for (int i = 0; i < Code::inputs; ++i) data()[i] = in[i];
+    KAGERO_INLINE void fill_inputs(const Code& code, const T* in) {
+        for (int i = 0; i < code.inputs; ++i) data()[i] = in[i];
     }
     KAGERO_INLINE void read(const Code& code, T* out) {
         for (int o = 0; o < code.outputs; ++o) out[o] = data()[code.output[o]];
@@ -103,7 +103,7 @@ template <class T>
 __attribute__((noinline)) void evaluate_interpreted(const Code& code, const T* in, T* out) {
     Slots<T> slots;
     slots.fill_constants(code);
-    slots.fill_inputs(in);
+    slots.fill_inputs(code, in);
     interpret<T, 1>(code, 0, code.runs, slots.data());
     slots.read(code, out);
 }
@@ -111,8 +111,10 @@ __attribute__((noinline)) void evaluate_interpreted(const Code& code, const T* i
 /// Evaluates a code for the inputs `in` and writes its outputs to `out`. Uses its machine code if there is some.
 template <class T>
 KAGERO_INLINE void evaluate(const Code& code, const T* in, T* out) {
-    if (const CompiledProgram* compiled = code.compiled_for<T>()) compiled->evaluate(in, out, 1);
-    else evaluate_interpreted(code, in, out);
+    const CompiledProgram* compiled = code.compiled_for<T>();
+    if constexpr (is_interpreted<T>)
+        if (!compiled) return evaluate_interpreted(code, in, out);
+    compiled->evaluate(in, out, 1);
 }
 
 }  // namespace kagero::formula

@@ -14,36 +14,74 @@ struct Nodes {
     int size;
 };
 
+/// A program of K that differentiates it in forward mode: its output is a vector of derivatives of K. Its inputs are
+/// the components of the state, and then the unit vectors of the derivatives. It exists only as machine code.
+struct ForwardProgram {
+    Node nodes[Tape::capacity];
+    int size;  ///< 0: there is no such program
+    int output;
+    CompiledFunction evaluate;  ///< reads the state of one ray, and writes a Packed<double, n>
+};
+/// The forward programs of a formula, and the components of the state by which each differentiates.
+enum ForwardIndex { forward_all, forward_by_position, forward_by_momentum, forward_count };
+struct ForwardRange {
+    int first, last;
+};
+inline constexpr ForwardRange forward_ranges[] = {{component_x, phase_size},
+                                                  {component_x, component_px},
+                                                  {component_px, phase_size}};
+
 /// All programs of a formula, and its properties. K is H − H0, or Ω·(H − H0) with time rescaling.
 struct Programs {
     Code derivatives, force, velocity;  ///< ∂K/∂(q, p), ∂K/∂q and ∂K/∂p
     Nodes derivative_nodes;             ///< ∂K/∂(q, p) as nodes
+    ForwardProgram forward[forward_count];  ///< only if Formula::for_comparison is set
     Code energy_residual;               ///< H − H0
     Code time_rescaling_factor;         ///< Ω
     Code event_functions;               ///< struct EventFunctions, and Ω
     Code switching_function;            ///< zero where an operation of H changes its branch
     Code part_force[2], part_velocity[2];  ///< gradients of the parts H_A and H_B
     double level, pt;                   ///< H0 and p_t
+    int parameters;                     ///< number of parameters
+    double parameter[max_formula_parameters];  ///< their values for starts of rays and rest frames
     bool separable;                     ///< true if K = ½|p|² + V(q)
     bool parted;                        ///< true if the formula declares H_A and H_B
     bool rescaled;                      ///< true with time rescaling
     bool has_kinks;                     ///< true if H contains a min, max, abs or where
-    bool bounds_steps;                  ///< true if the formula or the compiled Hamiltonian declares a step bound
+    bool is_compiled_hamiltonian;       ///< True if H was recorded from a compiled Hamiltonian.
+    bool discontinuous;                 ///< True if that Hamiltonian declares a switching function.
+    bool bounds_steps;                  ///< True if the formula or the compiled Hamiltonian declares a step bound.
+    bool for_comparison;                ///< True if the kernels that exist for comparison can use the programs.
+    bool is_compiled;                   ///< True if the programs are machine code.
 };
 
 /// Returns the programs to which Job::parameters points.
 inline const Programs& programs_in(const double* parameters) { return *reinterpret_cast<const Programs*>(parameters); }
 
 /// Functions that record a compiled Hamiltonian on a tape at run time, with its parameters as constants. They serve
-/// formulas that declare only a time rescaling factor Ω for a compiled Hamiltonian.
+/// formulas that declare only a time rescaling factor Ω for a compiled Hamiltonian, and comparisons.
 struct RerecordedHamiltonian {
     /// Records H − H0 and returns its node.
     int (*record_energy_residual)(Tape&, const double* parameters);
     /// Records the event functions that the Hamiltonian declares.
     void (*record_events)(Tape&, const double* parameters, const std::array<int, phase_size>& gradient,
                           std::array<int, event_function_count>& event_functions);
-    bool bounds_steps;  ///< true if the Hamiltonian declares a step bound
+    /// Records the Ω that the Hamiltonian declares and returns its node; nullptr if it declares none.
+    int (*record_time_rescaling_factor)(Tape&, const double* parameters);
+    bool bounds_steps;   ///< true if the Hamiltonian declares a step bound
+    bool discontinuous;  ///< true if the Hamiltonian declares a switching function
 };
+/// Returns the function RerecordedHamiltonian::record_time_rescaling_factor of H.
+template <class H>
+constexpr auto recorder_of_time_rescaling_factor() {
+    using Recorder = int (*)(Tape&, const double*);
+    if constexpr (Rescalable<H>)
+        return Recorder{[](Tape& t, const double* parameters) {
+            const Leaves<H> leaves(t, parameters);
+            return H::rescale(leaves.parameters(), leaves.q).node_on(t);
+        }};
+    else return Recorder{};
+}
 /// The functions that record the Hamiltonian H.
 template <class H>
 inline constexpr RerecordedHamiltonian rerecorded{
@@ -52,7 +90,7 @@ inline constexpr RerecordedHamiltonian rerecorded{
        std::array<int, event_function_count>& event_functions) {
         record_declared_event_functions(t, Leaves<H>(t, parameters), gradient, event_functions);
     },
-    BoundsSteps<H>};
+    recorder_of_time_rescaling_factor<H>(), BoundsSteps<H>, HasDiscontinuity<H>};
 
 /// Differentiates a formula and writes its programs. Returns nullptr, or the reason why the formula cannot be compiled.
 /// `compiled` records the compiled Hamiltonian that the formula only rescales; it is nullptr if there is none.

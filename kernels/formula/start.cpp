@@ -37,12 +37,19 @@ struct Expansion {
     }
 };
 
+/// Writes the parameters of the formula behind the state in the inputs of a program.
+template <class Number>
+void append_parameters(const Programs& programs, Number* in) {
+    for (int i = 0; i < programs.parameters; ++i) in[state_size + i] = Number(programs.parameter[i]);
+}
+
 /// Returns the second-order expansion of H − H0 at (q, p).
 template <std::size_t n>
 Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::array<double, n>& p) {
     using FirstOrder = Dual<double, n>;
     using SecondOrder = Dual<FirstOrder, n>;
-    SecondOrder in[state_size], out[1];
+    SecondOrder in[Code::max_inputs], out[1];
+    append_parameters(programs, in);
     for (int i = 0; i < space_size; ++i) in[i] = SecondOrder(q[i]);
     in[component_pt] = SecondOrder(programs.pt);
     for (std::size_t a = 0; a < n; ++a)
@@ -56,7 +63,8 @@ Expansion<n> expand(const Programs& programs, const double (&q)[3], const std::a
 /// Returns H − H0 and writes ∂H/∂p to `gradient`. This function is far cheaper than the second-order expansion.
 double value_and_gradient(const Programs& programs, const double (&q)[3], const Vector& p, Vector& gradient) {
     using DualNumber = Dual<double, 3>;
-    DualNumber in[state_size], out[1];
+    DualNumber in[Code::max_inputs], out[1];
+    append_parameters(programs, in);
     for (int i = 0; i < space_size; ++i) {
         in[i] = DualNumber(q[i]);
         in[momentum(i)] = DualNumber::variable(p[i], i);

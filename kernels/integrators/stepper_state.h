@@ -10,6 +10,11 @@ namespace kagero {
 /// Number of values per ray that a stepper may store from step to step.
 inline constexpr int stepper_memory_size = 8;
 
+/// Greatest permitted |K| at the end of a step, relative to the square root of squared_energy_terms. If |K| is
+/// greater, the end of the step lies on a different ray.
+template <class S>
+inline constexpr S max_energy_error = S(0.03);
+
 /// The n carried quantities besides λ. The specialisation for n = 0 is empty, so that it occupies no memory.
 template <class V, int n>
 struct FurtherCarried {
@@ -161,8 +166,10 @@ struct EscapeIntegration {
     V h;                      ///< requested step length; 0 in inactive lanes
     double radius;            ///< radius of the escape sphere
     std::uint32_t max_steps;  ///< the number of steps of each ray stays below this limit
+    bool ends_captured;       ///< captured rays end; otherwise the tracing loop continues them
     // Set by the stepper.
     MaskOf<V> arrived;                    ///< lanes whose final state lies on the escape sphere
+    MaskOf<V> captured;                   ///< lanes whose ray ends: it is captured by the step after the final state
     V steps;                              ///< number of steps of each ray
     std::uint64_t issued_steps = 0;       ///< number of steps of the packet
     std::uint64_t active_lane_steps = 0;  ///< sum of the numbers of steps of the rays of the packet

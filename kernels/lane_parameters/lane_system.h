@@ -3,7 +3,7 @@
 /// the systems with common parameters.
 #pragma once
 
-#include "kernels/lane_parameters/lane_kernels.h"
+#include "kernels/lane_parameters/lane_numbers.h"
 #include "kernels/methods/steppers.h"
 
 namespace kagero {
@@ -45,9 +45,8 @@ private:
 
 namespace detail {
 
-template <class H, class V>
+template <class System, class V>
 constexpr SpaceKernel<V> make_lane_kernel() {
-    using System = LaneSystem<H, V>;
     SpaceKernel<V> kernel = kernel_for_straight_rays<System, V>();
     for (const char*& reason : kernel.refusal)
         reason = "rays with different parameters are traced together only by explicit Runge-Kutta methods";
@@ -61,7 +60,8 @@ constexpr SpaceKernel<V> make_lane_kernel() {
 
 template <class H>
 const SpaceKernel<PacketDouble>& lane_kernel() {
-    static constexpr SpaceKernel<PacketDouble> kernel = detail::make_lane_kernel<H, PacketDouble>();
+    using System = LaneSystem<H, PacketDouble>;
+    static constexpr SpaceKernel<PacketDouble> kernel = detail::make_lane_kernel<System, PacketDouble>();
     return kernel;
 }
 

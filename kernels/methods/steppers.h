@@ -22,11 +22,6 @@ struct Straight {
 
 namespace detail {
 
-/// Greatest permitted |K| at the end of a step, relative to the square root of squared_energy_terms. If |K| is
-/// greater, the end of the step lies on a different ray.
-template <class S>
-inline constexpr S max_energy_error = S(0.03);
-
 /// Evaluates the event functions at the state `at`, and H if options.compute_energy is set. `terms_before` is the value
 /// of squared_energy_terms at the start of the step. The function is not inlined, so that all steppers share its code.
 template <class System, class V>
@@ -116,13 +111,21 @@ void integrate_to_escape(const SystemStorage& storage, StepperState<V>& step, co
     if (step.options.compute_energy_error) step.energy_error = max(step.energy_error, greatest_error_before_end);
 }
 
+/// Returns nullptr if the stepper supports an H whose gradient is discontinuous, else the reason why not.
+template <class Stepper>
+constexpr const char* refusal_of_discontinuity() {
+    if constexpr (requires { Stepper::stages_inside; }) return nullptr;
+    else
+        return "the method evaluates derivatives on the surface where the gradient of H is discontinuous, and loses "
+               "its order there";
+}
+
 /// Returns nullptr if the stepper supports the system, else the reason why not. Steps end at a discontinuity of the
 /// gradient of H. A gradient that is evaluated at the discontinuity may be that of the wrong side.
 template <class System, class Stepper>
 constexpr const char* refusal() {
-    if constexpr (System::discontinuous && !requires { Stepper::stages_inside; })
-        return "the method evaluates derivatives on the surface where the gradient of H is discontinuous, and loses "
-               "its order there";
+    if constexpr (System::discontinuous && refusal_of_discontinuity<Stepper>())
+        return refusal_of_discontinuity<Stepper>();
     else
         return Stepper::template refusal<System>();
 }

@@ -67,7 +67,8 @@ struct Orbit {
     }
 
     /// Integrates rays that can meet no surface to the escape sphere. All steps stay in the plane, where only u and w
-    /// are needed. Rays that are captured, or whose u is no longer positive and finite, stop at the previous state.
+    /// are needed. Rays that are captured, or whose u is no longer positive and finite, stop at the previous state. A
+    /// captured ray ends there if `integration.ends_captured` is set and the step to its capture conserves H.
     template <class System, class V>
     static void integrate_to_escape(const System& system, StepperState<V>& step, const Coefficients& coefficients,
                                     EscapeIntegration<V>& integration) {
@@ -84,7 +85,15 @@ struct Orbit {
             integration.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(active)));
             active = active & (next.u > zero) & (next.u < V(S(std::numeric_limits<float>::max())));
             const MaskOf<V> beyond = active & (next.u <= u_of_sphere) & (next.w < zero);
-            if constexpr (System::capturing) active = beyond | (active & (captured(system, next) > zero));
+            if constexpr (System::capturing) {
+                const MaskOf<V> in_hole = active & !beyond & !(captured(system, next) > zero);
+                active = active & !in_hole;
+                if (integration.ends_captured && any(in_hole)) {
+                    const MaskOf<V> ended = in_hole & conserves_energy(system, next);
+                    integration.captured = integration.captured | ended;
+                    steps = select(ended, steps + V(S(1)), steps);
+                }
+            }
             if (step.options.compute_energy_error) update_energy_error(system, step, next, active);
             m.copy_lanes(next, active);
             m.switch_sheet(system);
@@ -275,6 +284,14 @@ private:
         const V &r = here.y[component_x], &zero = here.y[component_y];
         const Vec3<V> velocity{-(m.w * r * r), r, zero};
         return System::Hamiltonian::captured(system.template parameters<V>(), here.q(), here.p(), velocity, m.pt);
+    }
+    /// Returns the lanes in which H is still close to its level.
+    template <class System, class V>
+    KAGERO_INLINE static MaskOf<V> conserves_energy(const System& system, const OrbitMotion<V>& m) {
+        using S = ScalarOf<V>;
+        const EventFunctions<V> here = system.event_functions(state_in_plane(system, m));
+        return here.energy_residual * here.energy_residual <=
+               V(max_energy_error<S> * max_energy_error<S>) * here.squared_energy_terms;
     }
     /// Updates the greatest energy error of the rays in the given lanes.
     template <class System, class V>

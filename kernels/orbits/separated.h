@@ -63,7 +63,7 @@ struct Separated : private SeparatedSteps {
 
     /// Integrates rays that can meet no surface to the escape sphere: first w, which determines the length in τ, then n
     /// over that length. Rays that are captured, or whose w is no longer positive and finite, stop at the previous
-    /// state.
+    /// state. A captured ray ends there if `integration.ends_captured` is set and the step to its capture conserves H.
     template <class System, class V>
     static void integrate_to_escape(const System& system, StepperState<V>& step, const Coefficients& coefficients,
                                     EscapeIntegration<V>& integration) {
@@ -161,7 +161,13 @@ private:
             integration.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(to_bits(active)));
             active = active & (next.w > zero) & (next.w < V(S(std::numeric_limits<float>::max())));
             const MaskOf<V> beyond = active & (next.w <= end) & (next.rate < zero);
-            active = beyond | (active & !captured(system, c, next, active));
+            const MaskOf<V> in_hole = active & !beyond & captured(system, c, next, active);
+            active = active & !in_hole;
+            if (integration.ends_captured && any(in_hole)) {
+                const MaskOf<V> ended = in_hole & (energy_error(c, next) <= V(max_energy_error<S>));
+                integration.captured = integration.captured | ended;
+                steps = select(ended, steps + V(S(1)), steps);
+            }
             if (step.options.compute_energy_error) update_energy_error(c, step, next, active);
             m.copy_lanes(next, active, step.options.compute_carried);
             tau = select(active, tau + length, tau);
@@ -240,14 +246,17 @@ private:
         const V bound = System::Hamiltonian::radial_polynomial_bound(c.A * w2, b, d, c.pt * c.pt, at_horizon);
         return (inside & (bound > zero)) | ((at_horizon >= one) & (crosses > zero));
     }
-    /// Updates the greatest energy error of the rays in the given lanes. 2ΣH is (w'² − P)/(w² D); the error is relative
-    /// to the terms of this difference.
+    /// Returns the energy error. 2ΣH is (w'² − P)/(w² D); the error is relative to the terms of this difference.
+    template <class V>
+    KAGERO_INLINE static V energy_error(const SeparatedConstants<V>& c, const RadialMotion<V>& m) {
+        const V sum = c.weight(m.w), residual = fms(m.rate, m.rate, fma(c.pt, c.pt, c.radial_term(m.w)));
+        return abs(residual) / fma(sum, sum, m.rate * m.rate);
+    }
+    /// Updates the greatest energy error of the rays in the given lanes.
     template <class V>
     KAGERO_INLINE static void update_energy_error(const SeparatedConstants<V>& c, StepperState<V>& step,
                                                   const RadialMotion<V>& m, const MaskOf<V>& lanes) {
-        const V sum = c.weight(m.w), residual = fms(m.rate, m.rate, fma(c.pt, c.pt, c.radial_term(m.w)));
-        const V error = abs(residual) / fma(sum, sum, m.rate * m.rate);
-        step.energy_error = select(lanes, max(step.energy_error, error), step.energy_error);
+        step.energy_error = select(lanes, max(step.energy_error, energy_error(c, m)), step.energy_error);
     }
 
     /// Converts the end of a step, after the given angle, to position and momentum. Rays whose angle is 0 keep the

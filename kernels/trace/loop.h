@@ -141,9 +141,9 @@ void PacketTracer<V, Events>::end_straight() {
 template <class V, class Events>
 void PacketTracer<V, Events>::escape() {
     std::uint64_t moving;
-    const std::uint64_t escaped = integrate_to_escape(task_, packet_, writer_, counters_, moving);
-    if (packet_.active == escaped) packet_.active = 0;
-    else next(moving, moving & ~escaped);
+    const std::uint64_t ended = integrate_to_escape(task_, packet_, writer_, counters_, moving);
+    if (packet_.active == ended) packet_.active = 0;
+    else next(moving, moving & ~ended);
     detector_.start_steps(packet_.state.start, moving);
     if (ChartSphere::exists(task_)) start_steps(correct_charts(task_, packet_, loader_, recorder_, packet_.active));
 }
@@ -194,14 +194,11 @@ template <class V, class Events>
 std::uint64_t PacketTracer<V, Events>::pass_kinks() {
     const KinkSteps<V> kinks = kinks_.find(packet_.state, packet_.active);
     control_.repeat(kinks.shortened, kinks.length);
-    std::uint64_t ended = kinks.shortened & ~packet_.active;
-    if (kinks.passing) {
-        const std::uint64_t jumping = kinks.passing & ~to_bits(packet_.state.energy_is_conserved);
-        if (jumping) writer_.fail_at_step_start(jumping, Failure::hamiltonian_jumps);
-        ended |= jumping;
-        control_.keep_length(kinks.passing & ~jumping);
-    }
-    return kinks.shortened | ended;
+    const std::uint64_t failed = kinks.shortened & ~packet_.active,
+                        jumping = kinks_.jumping(packet_.state, kinks.passing);
+    if (jumping) writer_.fail_at_step_start(jumping, Failure::hamiltonian_jumps);
+    control_.keep_length(kinks.passing & ~jumping);
+    return kinks.shortened | failed | jumping;
 }
 
 /// Ends the rays whose event takes place at the end of their step.

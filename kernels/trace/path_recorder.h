@@ -27,7 +27,7 @@ public:
     __attribute__((noinline)) void begin(std::uint64_t lanes) {
         if (integrals.requested) packet_.integrals.clear(from_bits<V>(lanes));
         if (reports_)
-            for (const int i : lanes_in(lanes)) next_[i] = 1;
+            for (const int i : lanes_in(lanes)) begin_points(i);
         const std::uint64_t ingoing = lanes & packet_.state.ingoing;
         packet_.from_inside &= ~lanes;
         for (const int i : lanes_in(ingoing))
@@ -72,6 +72,11 @@ public:
 private:
     static bool has_interval(const Job& job) { return job.path_sink && job.path_interval > 0; }
 
+    /// Prepares the points of the ray in lane i. A point at its start belongs to the segment of its path before it.
+    void begin_points(int i) {
+        offset_[i] = task_.job.path_offsets ? task_.job.path_offsets[packet_.ray_indices[i]] : 0;
+        next_[i] = static_cast<std::uint32_t>(offset_[i] * (1 + rounding) / interval_) + 1;
+    }
     /// Reports the points at multiples of the interval in the part of the step `whole` that ends at the state `end`, at
     /// the step length `length`.
     void report_points(const Step<V>& whole, const RayState<V>& end, const V& length, std::uint64_t lanes) {
@@ -80,8 +85,9 @@ private:
         while (true) {
             std::uint64_t due = 0;
             for (const int i : lanes_in(lanes)) {
-                targets[i] = double(next_[i]) * interval_;
-                if (targets[i] <= last[i] * (1 + 4 * double(machine_epsilon<S>))) due |= std::uint64_t(1) << i;
+                const double point = double(next_[i]) * interval_;
+                targets[i] = point - offset_[i];
+                if (point <= (last[i] + offset_[i]) * (1 + rounding)) due |= std::uint64_t(1) << i;
             }
             if (!due) return;
             const MaskOf<V> mask = from_bits<V>(due);
@@ -115,12 +121,14 @@ private:
         }
     }
 
+    static constexpr double rounding = 4 * double(machine_epsilon<S>);  ///< Relative rounding error of λ.
     const double interval_;
     const bool reports_;  ///< Points at multiples of `interval_` are reported.
     const Task<V>& task_;
     Packet<V>& packet_;
     RayEndWriter<V>& writer_;
     std::uint32_t next_[W];  ///< For each lane, the number of the next point.
+    double offset_[W];       ///< For each lane, λ of the path at the start of the ray.
 };
 
 }  // namespace kagero

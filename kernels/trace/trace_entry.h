@@ -11,6 +11,16 @@ namespace kagero {
 /// Returns true if every ray is straight with these parameters.
 bool is_straight(std::uint32_t hamiltonian, const double* parameters);
 
+/// Returns true for the index of the Hamiltonian `formula`.
+constexpr bool is_formula(std::uint32_t hamiltonian) {
+    constexpr std::uint32_t built_in = 0
+#define KAGERO_HAMILTONIAN(TYPE) +1
+#include "hamiltonians.inc"
+#undef KAGERO_HAMILTONIAN
+        ;
+    return hamiltonian == built_in;
+}
+
 /// Returns the kernel of the job's Hamiltonian.
 template <class V>
 const SpaceKernel<V>& space_of(const Job& job) {

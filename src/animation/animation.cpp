@@ -75,7 +75,7 @@ double value_of_expression(const FormulaText& formula, const FrameVariables& at)
 Value value_at(const AnimatedNumber& number, const std::string& name, const FrameVariables& at) {
     Value value = parse_toml_value(number.text, number.location);
     if (is_stated_number(value)) return value;
-    const double x = value_of_expression({value.string, name, number.location}, at);
+    const double x = value_of_expression({value.string, name, number.location, 0}, at);
     if (!std::isfinite(x))
         throw InputError(number.location, name + " = " + number.text + " is not a finite number: its value is " +
                                               to_toml(x) + "; change the expression");

@@ -1,5 +1,6 @@
 #include "cli/arguments.h"
 
+#include "compiler/formula_compiler.h"
 #include "error.h"
 #include "modules/modules.h"
 #include "plan/names.h"
@@ -269,6 +270,7 @@ Options options_of(const Arguments& arguments) {
     options.schedule = schedule_named(arguments.schedule);
     if (const OptionValue threads("--threads", arguments.threads, "KAGERO_THREADS"); !threads.text.empty())
         options.threads = count_of(threads.source, threads.text, max_threads);
+    check_formula_variable();
     if (!arguments.crop.empty()) {
         const auto edges = whole_numbers("--crop", arguments.crop, ',', 4);
         if (edges[0] >= edges[2] || edges[1] >= edges[3])
@@ -308,8 +310,8 @@ std::vector<std::uint32_t> whole_numbers(const std::string& option, const std::s
     }
     const std::size_t separators = static_cast<std::size_t>(std::count(text.begin(), text.end(), separator));
     if (numbers.size() != count || separators + 1 != count)
-        throw InputError(option + ": '" + text + "' is not " + std::to_string(count) + " whole numbers separated by '" +
-                         separator + "'");
+        throw InputError(option + ": '" + text + "' is not " + std::to_string(count) +
+                         " whole numbers, 0 or greater, separated by '" + separator + "'");
     return numbers;
 }
 

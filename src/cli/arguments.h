@@ -27,7 +27,7 @@ struct Arguments {
     std::vector<std::string> parts;   ///< Files of `merge`.
     std::vector<std::string> varied;  ///< Keys of `sweep` with their values.
     bool resume = false, incomplete = false, mpi = false, send_files = false;
-    std::string bounces, repeat, sample, methods, baseline, equal_error, rounds, schedule = "auto", time_limit;
+    std::string bounces, repeat, sample, methods, baseline, equal_error, rounds, seconds, schedule = "auto", time_limit;
     std::string port = "8080", bind = "127.0.0.1";
     std::string color = "auto";
     bool maps = false, path = false, quick = false, full = false, quiet = false, verbose = false;

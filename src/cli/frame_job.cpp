@@ -219,9 +219,15 @@ void add_frame_options(CLI::App& verb, Arguments& arguments) {
         "A:B[:STEP]");
 }
 
-void check_picture_output(const Arguments& arguments) {
+void check_picture_output(const Arguments& arguments, const SceneDescription& scene) {
+    const std::string frames = scene.animation ? "0:" + std::to_string(scene.animation->frames) : "0:240";
     if (is_video(arguments.output))
-        throw InputError("-o: '" + arguments.output + "' is a film; state its frames, such as --frames 0:240");
+        throw InputError("-o: '" + arguments.output + "' is a film; state its frames, such as --frames " + frames);
+    if (scene.animation && has_frame_number(arguments.output))
+        throw InputError("-o: '" + arguments.output +
+                         "' has a place for the number of a frame, but only frame 0 is "
+                         "rendered; state --frames, such as --frames " +
+                         frames + ", or another name");
 }
 
 std::unique_ptr<FramePlans> frame_plans_with_progress(const SceneDescription& scene, const Options& options,
@@ -244,6 +250,7 @@ int render_frames_of(const Arguments& arguments, Options options, const SceneDes
     const FrameRange range = frame_range(arguments.frames, scene.animation->frames);
     const FrameFiles files = files_of_frames(arguments, options, scene, range);
     options.energy_error = true;  // in the attributes of pictures, the manifest and the JSON
+    check_frames(scene, catalogue(options.isa), range);
     if (files.pictures) prepare_to_write(files.pictures->file(range.first));
     const std::unique_ptr<FramePlans> plans = frame_plans_with_progress(scene, options, terminal);
     const InterruptGuard interrupts;

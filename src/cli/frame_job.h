@@ -10,8 +10,9 @@ namespace kagero {
 /// Adds --frames.
 void add_frame_options(CLI::App& verb, Arguments& arguments);
 
-/// Throws InputError if the output of a single picture is a film, or contains the place of a frame's number.
-void check_picture_output(const Arguments& arguments);
+/// Throws InputError if the output of a single picture is a film, or, in an animated scene, contains the place of a
+/// frame's number.
+void check_picture_output(const Arguments& arguments, const SceneDescription& scene);
 
 /// Makes the plans of frames. Shows the progress of trials that take more than a second, and their warnings.
 std::unique_ptr<FramePlans> frame_plans_with_progress(const SceneDescription& scene, const Options& options,

@@ -45,7 +45,8 @@ private:
 
 void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
                     const RunControl& control, const Terminal& terminal) {
-    constexpr std::size_t batch_size = 4096;  // rays
+    // Rays whose points are in memory at once. Points at even intervals can be much more than the steps.
+    const std::size_t batch_size = plan.run.path_interval > 0 ? 256 : 4096;
     RaysWithoutPath without_path;
     write_output(output, [&](std::ostream& out) {
         write_path_header(out, plan);

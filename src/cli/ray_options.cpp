@@ -4,6 +4,7 @@
 #include "plan/names.h"
 #include "report/csv/read_rays.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -13,22 +14,62 @@ namespace {
 
 constexpr std::uint32_t max_values = 10'000'000;
 
-/// Returns the values of --vary behind the sign '='.
-std::vector<double> values_of_sweep(const std::string& option, const std::string& text) {
-    std::vector<double> values;
-    const std::vector<std::string> bounds = split(text, ':');
-    if (bounds.size() == 1) {
-        for (const std::string& value : split(text, ',')) values.push_back(finite_number(option, value));
-        return values;
+/// Returns the values of a list V1,V2,..., which may contain strings in quotes and arrays in brackets.
+std::vector<std::string> split_values(const std::string& text) {
+    std::vector<std::string> values(1);
+    int depth = 0;
+    char quote = 0;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (c == ',' && depth == 0 && !quote) {
+            values.emplace_back();
+            continue;
+        }
+        values.back() += c;
+        if (quote && c == '\\' && quote == '"' && i + 1 < text.size()) values.back() += text[++i];
+        else if (quote) quote = c == quote ? 0 : quote;
+        else if (c == '"' || c == '\'') quote = c;
+        else if (c == '[' || c == '{') ++depth;
+        else if (c == ']' || c == '}') --depth;
     }
-    if (bounds.size() != 3) throw InputError(option + ": '" + text + "' is neither a list V1,V2,... nor a range A:B:N");
+    return values;
+}
+
+/// Returns the numbers of a range A:B:N.
+std::vector<double> values_of_range(const std::string& option, const std::vector<std::string>& bounds) {
     const double first = finite_number(option, bounds[0]), last = finite_number(option, bounds[1]);
     const std::uint32_t count = count_of(option + ", the number of values", bounds[2], max_values, 2);
+    std::vector<double> values;
     for (std::uint32_t i = 0; i < count; ++i) {
         const double u = double(i) / (count - 1);
         values.push_back((1 - u) * first + u * last);
     }
     return values;
+}
+
+/// Returns true if a value of --vary is meant as a number: it begins as one.
+bool is_number(const std::string& value) {
+    return value.find_first_of("0123456789") <= value.find_first_not_of("+-.") || value == "nan" || value == "inf";
+}
+
+/// Returns the key with its values, which are the text of --vary behind the sign '='.
+SweptKey key_with_values(const std::string& key, const std::string& text) {
+    const std::string option = "--vary " + key;
+    const std::vector<std::string> values = split_values(text);
+    if (values.size() == 1 && is_number(text) && text.find(':') != std::string::npos) {
+        const std::vector<std::string> bounds = split(text, ':');
+        if (bounds.size() != 3)
+            throw InputError(option + ": '" + text + "' is neither a list V1,V2,... nor a range A:B:N");
+        return {key, values_of_range(option, bounds)};
+    }
+    SweptKey swept{key, {}};
+    const bool are_numbers = std::all_of(values.begin(), values.end(), is_number);
+    for (const std::string& value : values) {
+        if (value.empty()) throw InputError(option + ": '" + text + "' contains an empty value; write KEY=V1,V2,...");
+        if (are_numbers) swept.values.push_back(finite_number(option, value));
+        else swept.texts.push_back(value);
+    }
+    return swept;
 }
 
 }  // namespace
@@ -62,9 +103,9 @@ std::optional<ObserverKind> observer_of(const Arguments& arguments) {
 
 void add_swept_keys(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--vary", arguments.varied,
-               "A key and its values: KEY=V1,V2,... or KEY=A:B:N for N values at equal distances from A to B, for "
-               "example --vary space.rg=0:0.2:100. The option may be repeated; set number i consists of value i of "
-               "every key",
+               "A key and its values: KEY=V1,V2,... with values as for -D, or KEY=A:B:N for N numbers at equal "
+               "distances from A to B, for example --vary space.rg=0:0.2:100. The option may be repeated; set number i "
+               "consists of value i of every key",
                "KEY=VALUES");
 }
 
@@ -76,8 +117,7 @@ std::vector<SweptKey> keys_of_sweep(const Arguments& arguments) {
         const std::size_t sign = text.find('=');
         if (sign == std::string::npos || sign == 0)
             throw InputError("--vary: '" + text + "' is not KEY=VALUES, such as space.rg=0,0.1 or space.rg=0:0.2:100");
-        const std::string key = text.substr(0, sign);
-        keys.push_back({key, values_of_sweep("--vary " + key, text.substr(sign + 1))});
+        keys.push_back(key_with_values(text.substr(0, sign), text.substr(sign + 1)));
     }
     return keys;
 }

@@ -23,8 +23,10 @@ struct TileJob {
     Communicator* ranks = nullptr;   ///< The ranks of --mpi; null without it.
     Properties identity;
     TileFileHeader header;
-    TileResults results;
+    TileResults results;  ///< The only place of the pixels of a part.
 
+    explicit TileJob(std::optional<PartNumber> number)
+        : part(number), results(number ? TileResults::Records::kept : TileResults::Records::dropped) {}
     /// Returns true if one of --part, --resume and --mpi is given.
     bool is_used() const { return part || journal || ranks; }
     /// Returns, for example, "3 of 12 tiles".

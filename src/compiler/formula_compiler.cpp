@@ -49,6 +49,8 @@ std::shared_ptr<const FunctionCompiler> generate(const CompilerModule& compiler,
 
 }  // namespace
 
+void check_formula_variable() { choice_of_user(); }
+
 FormulaCode compile_programs(const Module& module, std::vector<double>& programs) {
     FormulaCode code;
     const Choice choice = choice_of_user();

@@ -38,6 +38,9 @@ struct FormulaCode {
     bool is_compiled() const { return memory != nullptr; }
 };
 
+/// Throws InputError if the environment variable KAGERO_FORMULA has a value that is not legal.
+void check_formula_variable();
+
 /// Compiles programs that Module::compile has written, if possible. The environment variable KAGERO_FORMULA selects
 /// `compiled` or `interpreted`; by default, programs are compiled if the compiler module is installed. Throws
 /// InputError if the variable has another value, or if it is `compiled` and the programs cannot be compiled.

@@ -4,6 +4,7 @@
 
 #include "error.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace kagero {
@@ -91,21 +92,23 @@ const std::vector<LayerInfo>& all_layers() {
 }
 
 Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers, const CropWindow& window,
-           const Tone& tone)
+           const Tone& tone, Planes planes)
     : width_(width), height_(height), window_(window), tone_(tone) {
     for (const std::string& name : layers) {
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
         layers_.push_back(&layer);
+        planes_.emplace_back();
+        if (planes == Planes::none) continue;
         // Pixels whose rays are never traced are black in layers of colours, and NaN in other layers.
         constexpr float nan = std::numeric_limits<float>::quiet_NaN();
         const float initial_value = layer.scale == LayerInfo::Scale::colors ? 0.0f : nan;
-        planes_.emplace_back(std::size_t{width} * height * layer.channels.size(), initial_value);
+        planes_.back().assign(std::size_t{width} * height * layer.channels.size(), initial_value);
     }
 }
 
 bool Film::has(const std::string& layer) const {
-    return plane(layer) != nullptr;
+    return std::any_of(layers_.begin(), layers_.end(), [&](const LayerInfo* info) { return info->name == layer; });
 }
 
 const float* Film::plane(const std::string& layer) const {

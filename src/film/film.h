@@ -36,12 +36,15 @@ struct CropWindow {
     std::uint32_t width = 0, height = 0;  ///< Size of the whole picture.
 };
 
+/// Whether a film has memory for its pixels. A film without planes describes a picture whose pixels are kept elsewhere.
+enum class Planes { allocated, none };
+
 /// The planes of the selected layers, for a picture or a crop of it.
 class Film {
 public:
     /// Allocates the planes. Throws InputError if there is no layer with one of the names in `layers`.
     Film(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& layers,
-         const CropWindow& window = {}, const Tone& tone = {});
+         const CropWindow& window = {}, const Tone& tone = {}, Planes planes = Planes::allocated);
     std::uint32_t width() const { return width_; }
     std::uint32_t height() const { return height_; }
     const CropWindow& window() const { return window_; }
@@ -55,7 +58,7 @@ public:
     /// have the layer.
     float* pixel(const std::string& layer, std::uint32_t x, std::uint32_t y);
     /// Returns all floats of a layer, row by row with interleaved channels, or nullptr if the film does not have the
-    /// layer.
+    /// layer, or no planes.
     float* plane(const std::string& layer);
     const float* plane(const std::string& layer) const;
     /// Moves the floats of a layer, which the film must have, out of the film. Afterwards, the layer is empty.

@@ -18,6 +18,9 @@ struct FormulaText {
     std::string text;
     std::string name;  ///< Full name of the key, for messages: "space.H".
     FileLocation location;
+    /// Bits of the variables on which the formula may depend, as in FormulaScope::variables. Messages about unknown
+    /// names suggest only legal ones.
+    unsigned allowed = 0b1111111;
 };
 
 /// The variables of formulas, in the order of FormulaPoint and of the bits of FormulaScope::variables.
@@ -50,6 +53,9 @@ struct FormulaScope {
     std::set<std::string> used_names;     ///< Names that at least one formula uses.
     std::map<std::string, std::int32_t> textbook_nodes;   ///< Nodes of the textbook variables that a formula uses.
     std::map<std::int32_t, std::int32_t> cartesian_nodes;  ///< Nodes that replace nodes with textbook variables.
+    /// True if a power has an exponent that depends on parameters. It is then computed by the logarithm of its base,
+    /// also where the exponent is a whole number.
+    bool has_parameter_exponent = false;
 };
 
 }  // namespace kagero

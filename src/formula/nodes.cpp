@@ -69,7 +69,7 @@ std::uint8_t bits_of_variable(std::size_t i) {
 /// Appends a node with its dependence on the variables. Returns its index.
 std::int32_t append(FormulaScope& scope, const FormulaNode& node) {
     std::uint8_t variables = 0;
-    const bool leaf = node.op == Op::constant || node.op == Op::input;
+    const bool leaf = is_leaf(node.op);
     if (node.op == Op::input) variables = bits_of_variable(static_cast<std::size_t>(node.a));
     for (const std::int32_t operand : {node.a, node.b})
         if (!leaf && operand >= 0) variables |= scope.variables[static_cast<std::size_t>(operand)];
@@ -102,6 +102,10 @@ double apply(Op op, double a, double b) {
 
 std::int32_t number_node(FormulaScope& scope, double value) { return append(scope, {Op::constant, -1, -1, value}); }
 
+std::int32_t parameter_node(FormulaScope& scope, std::int32_t number, double value) {
+    return append(scope, {Op::parameter, number, -1, value});
+}
+
 std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t b) {
     if (is_number(scope, a) && (b < 0 || is_number(scope, b)))
         return number_node(scope, apply(op, value_of(scope, a), b < 0 ? 0 : value_of(scope, b)));
@@ -127,6 +131,8 @@ std::int32_t power(FormulaScope& scope, std::int32_t base, std::int32_t exponent
             return value_of(scope, exponent) < 0 ? operation(scope, Op::div, number_node(scope, 1), result) : result;
         }
     }
+    const bool is_parameter = !is_number(scope, exponent) && !scope.variables[static_cast<std::size_t>(exponent)];
+    if (is_parameter && !(is_number(scope, base) && value_of(scope, base) > 0)) scope.has_parameter_exponent = true;
     const bool even = is_number(scope, exponent) && std::fmod(value_of(scope, exponent), 2) == 0;
     const std::int32_t magnitude = even ? operation(scope, Op::abs, base) : base;
     return operation(scope, Op::exp, operation(scope, Op::mul, exponent, operation(scope, Op::log, magnitude)));
@@ -163,7 +169,7 @@ double evaluate(const FormulaScope& scope, std::int32_t node, const FormulaPoint
     std::vector<double> values(static_cast<std::size_t>(node) + 1);
     for (std::size_t i = 0; i < values.size(); ++i) {
         const FormulaNode& n = scope.nodes[i];
-        if (n.op == Op::constant) values[i] = n.value;
+        if (n.op == Op::constant || n.op == Op::parameter) values[i] = n.value;
         else if (n.op == Op::input)
             values[i] = static_cast<std::size_t>(n.a) < variables.size() ? variables[static_cast<std::size_t>(n.a)]
                                                                          : std::nan("");

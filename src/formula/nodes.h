@@ -11,6 +11,9 @@ FormulaScope formula_scope();
 /// Appends a constant.
 std::int32_t number_node(FormulaScope& scope, double value);
 
+/// Appends a parameter with its number and its present value.
+std::int32_t parameter_node(FormulaScope& scope, std::int32_t number, double value);
+
 /// Appends an operation with one operand (b = −1) or two. If all operands are constant, the result is a constant, which
 /// is not necessarily finite.
 std::int32_t operation(FormulaScope& scope, Op op, std::int32_t a, std::int32_t b = -1);

@@ -189,10 +189,12 @@ private:
     /// Throws InputError for an unknown name. `called` is true if '(' follows the name.
     [[noreturn]] void fail_unknown(const Token& token, bool called) const {
         std::vector<std::string> known;
-        if (!called)
-            for (const auto& entry : scope_.names) known.push_back(entry.first);
-        if (!called)
-            for (const TextbookVariable& variable : textbook_variables) known.emplace_back(variable.name);
+        const auto is_legal = [&](unsigned variables) { return !called && !(variables & ~formula_.allowed); };
+        for (const auto& [name, node] : scope_.names)
+            if (is_legal(scope_.variables[static_cast<std::size_t>(node)] & ~FormulaScope::textbook_bit))
+                known.push_back(name);
+        for (const TextbookVariable& variable : textbook_variables)
+            if (is_legal(variable.depends_on)) known.emplace_back(variable.name);
         for (const OperationInfo& operation : operation_infos)
             if (operation.has_function_name()) known.emplace_back(operation.name);
         known.emplace_back(branch_function);

@@ -53,7 +53,7 @@ std::int32_t SingularTerms::representative(std::int32_t node) {
     if (const auto known = representative_of_.find(node); known != representative_of_.end()) return known->second;
     const FormulaNode& n = at(node);
     std::array<double, 4> key{double(n.op), double(n.a), double(n.b), n.value};
-    if (n.op != Op::constant && n.op != Op::input) {
+    if (!is_leaf(n.op)) {
         key[1] = representative(n.a);
         if (n.b >= 0) key[2] = representative(n.b);
         if ((n.op == Op::add || n.op == Op::mul) && key[1] > key[2]) std::swap(key[1], key[2]);

@@ -1,5 +1,8 @@
 #include "frames/frame_plans.h"
 
+#include "scene/load/load.h"
+
+#include <algorithm>
 #include <chrono>
 
 namespace kagero {
@@ -33,6 +36,13 @@ Plan FramePlans::plan_at(double frame, std::optional<std::uint32_t> sample) {
     const std::lock_guard lock(latest_mutex_);
     latest_ = plan.scene;
     return plan;
+}
+
+void check_frames(const SceneDescription& scene, const Catalogue& catalogue, const FrameRange& range) {
+    if (!scene.animation || scene.animation->keys.empty()) return;
+    const std::uint32_t count = range.count(), checked = std::min(count, max_checked_frames);
+    for (std::uint32_t i = 0; i < checked; ++i)
+        load_frame(scene, catalogue, range.frame(static_cast<std::uint32_t>(std::uint64_t(i) * count / checked)));
 }
 
 }  // namespace kagero

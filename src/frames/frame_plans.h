@@ -1,6 +1,7 @@
 /// Plans for the frames of an animation.
 #pragma once
 
+#include "frames/frame_range.h"
 #include "tuning/resolve.h"
 
 #include <mutex>
@@ -34,5 +35,11 @@ private:
     std::shared_ptr<const Scene> latest_;  ///< The scene of the latest plan, whose data the next one can share.
     std::mutex latest_mutex_;
 };
+
+/// Reads the scene of every frame of an animation in a range, so that a value that is not legal is found before a frame
+/// is rendered. Of a long range, only `max_checked_frames` frames at equal distances are read. Throws InputError, which
+/// names the frame.
+void check_frames(const SceneDescription& scene, const Catalogue& catalogue, const FrameRange& range);
+inline constexpr std::uint32_t max_checked_frames = 2000;
 
 }  // namespace kagero

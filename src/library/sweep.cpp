@@ -3,6 +3,7 @@
 #include "error.h"
 #include "library/ray_arrays.h"
 #include "plan/names.h"
+#include "sweep/unread_keys.h"
 
 #include <chrono>
 
@@ -65,7 +66,9 @@ std::vector<SweptSet> trace_sweep(const ScenePlans& scene, const std::vector<std
     for (const std::vector<std::string>& set : sets) {
         SceneSource source = scene.source();
         source.overrides.insert(source.overrides.end(), set.begin(), set.end());
-        swept.emplace_back().plan = ScenePlans(std::move(source)).rays(options, request);
+        SweptSet& added = swept.emplace_back();
+        added.plan = ScenePlans(std::move(source)).rays(options, request);
+        added.remarks = remarks_on_unread_keys(*added.plan, set);
         if (control.stop && *control.stop) throw Interrupted();
     }
     for (std::size_t i = 0; i < swept.size(); ++i) {

@@ -14,6 +14,7 @@ struct SweptSet {
     std::vector<RayEnd> ends;
     std::vector<PathState> paths;  ///< Empty unless rays continue at surfaces.
     RunReport report;
+    std::vector<std::string> remarks;  ///< See SweepResult::remarks.
 };
 
 /// Traces the rays for every set of numbers, as `sweep` does: rays of different sets share packets where this is

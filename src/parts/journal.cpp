@@ -16,6 +16,15 @@
 namespace kagero {
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
+/// Greatest time from the end of a tile to its record in the file.
+constexpr std::chrono::milliseconds write_interval{10};
+/// Size of pending records that are written at once, in bytes.
+constexpr std::size_t max_pending = 65536;
+/// Interval of the transfers to the disk.
+constexpr std::chrono::seconds transfer_interval{1};
+
 /// Returns true if the open file is the one at `path`. It is not if another process has removed or replaced that.
 bool is_file_at(int file, const std::string& path) {
     struct stat opened {
@@ -53,7 +62,6 @@ Journal::Journal(std::string path) : path_(std::move(path)) {
 /// Opens and locks the file. Tries again if another process removed it between these two steps, and for a second if
 /// another process has locked it: a process that was killed keeps its lock until its last transfer to the disk ends.
 void Journal::lock_file() {
-    using Clock = std::chrono::steady_clock;
     const auto deadline = Clock::now() + std::chrono::seconds(1);
     for (;;) {
         file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -73,7 +81,8 @@ void Journal::lock_file() {
 }
 
 Journal::~Journal() {
-    transfers_ = {};  // waits for the thread
+    writer_ = {};  // waits for the thread
+    if (!removed_ && error_ == 0) write_pending();
     if (!removed_ && size_ == 0 && !header_) unlink(path_.c_str());
     close(file_);
 }
@@ -113,36 +122,55 @@ std::uint64_t Journal::read(Film& film, TileResults& results) {
 
 void Journal::append(const std::string& record) {
     const std::lock_guard lock(appending_);
-    if (const int error = transfer_error_) refuse_write(error);
-    if (const int error = write_all(file_, record); error != 0) {
-        cut(size_);
-        refuse_write(error);
-    }
-    size_ += record.size();
-    if (!transfers_.joinable())
-        transfers_ = std::jthread([this](const std::stop_token& stop) { transfer_repeatedly(stop); });
+    if (const int error = error_) refuse_write(error);
+    pending_ += record;
+    if (pending_.size() >= max_pending || Clock::now() - written_ >= write_interval)
+        if (const int error = write_pending(); error != 0) refuse_write(error);
+    if (!writer_.joinable()) writer_ = std::jthread([this](const std::stop_token& stop) { write_repeatedly(stop); });
+}
+
+/// Writes the pending records. If this fails, cuts the file after its last complete record, and returns the error of
+/// the system.
+int Journal::write_pending() {
+    const int error = write_all(file_, pending_);
+    if (error == 0) size_ += pending_.size();
+    else if (ftruncate(file_, static_cast<off_t>(size_)) == 0) lseek(file_, static_cast<off_t>(size_), SEEK_SET);
+    pending_.clear();
+    written_ = Clock::now();
+    return error;
 }
 
 /// Transfers the file to the disk. Returns 0, or the error of the system. Some file systems do not support the
 /// transfer; the data is then in the hands of the system, which writes it later.
 int Journal::transfer() { return fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS ? errno : 0; }
 
-/// Transfers the entry of the file in its folder to the disk, and then the file once per second.
-void Journal::transfer_repeatedly(const std::stop_token& stop) {
-    constexpr auto interval = std::chrono::seconds(1);
+/// Transfers the entry of the file in its folder to the disk, and then writes pending records and transfers the file
+/// to the disk again and again.
+void Journal::write_repeatedly(const std::stop_token& stop) {
     const std::string folder = std::filesystem::path(path_).parent_path().string();
     if (const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); file >= 0) {
         fsync(file);  // file systems that do not support this keep the entry themselves
         close(file);
     }
     std::unique_lock lock(pausing_);
-    do {
-        if (const int error = transfer(); error != 0) transfer_error_ = error;
-        stopping_.wait_for(lock, stop, interval, [] { return false; });
-    } while (!stop.stop_requested());
+    auto next_transfer = Clock::now();
+    while (!stop.stop_requested()) {
+        {
+            const std::lock_guard appending(appending_);
+            if (const int error = pending_.empty() ? 0 : write_pending(); error != 0) error_ = error;
+        }
+        if (Clock::now() >= next_transfer) {
+            if (const int error = transfer(); error != 0) error_ = error;
+            next_transfer = Clock::now() + transfer_interval;
+        }
+        stopping_.wait_for(lock, stop, write_interval, [] { return false; });
+    }
 }
 
 void Journal::sync() {
+    const std::lock_guard lock(appending_);
+    if (const int error = error_) refuse_write(error);
+    if (const int error = write_pending(); error != 0) refuse_write(error);
     if (const int error = transfer(); error != 0) refuse_write(error);
 }
 

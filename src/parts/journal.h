@@ -4,6 +4,7 @@
 #include "parts/tile_file.h"
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -28,11 +29,12 @@ public:
     std::uint64_t begin(const TileFileHeader& header);
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
-    /// Appends a record to the file. A separate thread transfers the file to the disk once per second, so that
-    /// rendering does not wait for the disk. May be called from several threads. Throws RunError if writing or an
-    /// earlier transfer failed; the journal then ends with its last complete record.
+    /// Appends a record, which is in the file at most 10 ms later: records that follow quickly are written together. A
+    /// separate thread transfers the file to the disk once per second, so that rendering does not wait for the disk.
+    /// May be called from several threads. Throws RunError if writing or an earlier transfer failed; the journal then
+    /// ends with its last complete record.
     void append(const std::string& record);
-    /// Transfers the file to the disk. A run that ends early calls this function.
+    /// Writes all records, and transfers the file to the disk. A run that ends early calls this function.
     void sync();
     /// Removes the file.
     void remove();
@@ -42,19 +44,22 @@ private:
     void lock_file();
     void cut(std::uint64_t size);
     std::uint64_t cut_after(std::uint64_t size);
+    int write_pending();
     int transfer();
-    void transfer_repeatedly(const std::stop_token& stop);
+    void write_repeatedly(const std::stop_token& stop);
 
     std::string path_;
     int file_ = -1;
     std::optional<TileFileHeader> header_;
     std::uint64_t size_ = 0;  ///< Size of the file up to its last complete record.
     bool removed_ = false;
-    std::mutex appending_;
-    std::atomic<int> transfer_error_ = 0;   ///< Error of the system in the last transfer; 0: none.
-    std::condition_variable_any stopping_;  ///< Ends the pause between two transfers.
+    std::mutex appending_;                             ///< Protects the next two members and the file.
+    std::string pending_;                              ///< Records that are not yet in the file.
+    std::chrono::steady_clock::time_point written_{};  ///< Time of the last write.
+    std::atomic<int> error_ = 0;            ///< Error of the system in an earlier write or transfer; 0: none.
+    std::condition_variable_any stopping_;  ///< Ends the pauses of the thread.
     std::mutex pausing_;
-    std::jthread transfers_;  ///< The last member, because its thread uses the others.
+    std::jthread writer_;  ///< The last member, because its thread uses the others.
 };
 
 }  // namespace kagero

@@ -49,11 +49,18 @@ RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& fil
         const std::uint64_t index = header.grid.index_of(tile);
         return header.part.contains(index) && !results.has(index);
     };
-    control.tile_finished = [&](const Tile& tile, const TileReport& tile_report) {
+    const auto finish = [&](const Tile& tile, const TileReport& tile_report, const Film& pixels) {
         const std::uint64_t index = header.grid.index_of(tile);
-        if (journal) journal->append(encode_tile(header, index, tile_report, film));
-        results.add(index, tile_report);
+        std::string record;
+        if (journal || results.keeps_records()) record = encode_tile(header, index, tile_report, pixels);
+        if (journal) journal->append(record);
+        results.add(index, tile_report, std::move(record));
     };
+    if (results.keeps_records()) control.tile_film_finished = finish;
+    else
+        control.tile_finished = [&](const Tile& tile, const TileReport& tile_report) {
+            finish(tile, tile_report, film);
+        };
     RunReport report = render_with_errors(plan, film, control);
     if (journal && report.interrupted) journal->sync();
     results.totals().write_to(report);

@@ -2,7 +2,9 @@
 
 #include "error.h"
 #include "film/partial_file.h"
-#include "parts/bytes.h"
+#include "kernels/assertion.h"
+#include "parts/record.h"
+#include "parts/tile_pixels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,62 +18,11 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 4;
+constexpr std::uint32_t format_version = 5;
 
-enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
-
-/// Size of the kind and the size in front of the content of a record, in bytes.
-constexpr std::size_t record_head = sizeof(std::uint32_t) + sizeof(std::uint64_t);
-
-/// Begins a record. `size` is an estimate of the size of its content, for which memory is reserved.
-ByteWriter begin_record(RecordKind kind, std::size_t size) {
-    ByteWriter record;
-    record.bytes.reserve(record_head + size + sizeof(std::uint64_t));
-    record.put(static_cast<std::uint32_t>(kind));
-    record.put(std::uint64_t{0});
-    return record;
-}
-
-/// Completes a record whose content was written to `record`, and returns its bytes.
-std::string finish_record(ByteWriter record) {
-    const std::uint64_t size = record.bytes.size() - record_head;
-    std::memcpy(record.bytes.data() + sizeof(std::uint32_t), &size, sizeof size);
-    record.put(checksum(record.bytes));
-    return std::move(record.bytes);
-}
-
-/// A record, or the reason why there is none.
-struct Record {
-    TileFileEnd state;  ///< `complete` for a valid record.
-    RecordKind kind{};
-    std::string content{};
-};
-
-std::uint64_t bytes_left(std::istream& in) {
-    const auto position = in.tellg();
-    in.seekg(0, std::ios::end);
-    const auto end = in.tellg();
-    in.seekg(position);
-    return static_cast<std::uint64_t>(end - position);
-}
-
-Record read_record(std::istream& in) {
-    const std::uint64_t left = bytes_left(in);
-    if (left < record_head) return {TileFileEnd::incomplete};
-    std::string bytes(record_head, '\0');
-    in.read(bytes.data(), record_head);
-    ByteReader reader(bytes);
-    Record record{TileFileEnd::complete, static_cast<RecordKind>(reader.get<std::uint32_t>())};
-    const auto size = reader.get<std::uint64_t>();
-    std::uint64_t hash = 0;
-    if (left - record_head < sizeof hash || size > left - record_head - sizeof hash) return {TileFileEnd::incomplete};
-    bytes.resize(record_head + size);
-    in.read(bytes.data() + record_head, static_cast<std::streamsize>(size));
-    in.read(reinterpret_cast<char*>(&hash), sizeof hash);
-    if (!in) return {TileFileEnd::incomplete};
-    if (hash != checksum(bytes)) return {TileFileEnd::damaged};
-    record.content = bytes.substr(record_head);
-    return record;
+/// Returns the state of a file that ends with a record that is not valid.
+TileFileEnd end_of(RecordState state) {
+    return state == RecordState::damaged ? TileFileEnd::damaged : TileFileEnd::incomplete;
 }
 
 void put_properties(ByteWriter& writer, const Properties& properties) {
@@ -97,7 +48,7 @@ const LayerInfo& layer_named(const std::string& name) {
     throw InputError("it contains the layer " + name + ", which this program does not have");
 }
 
-TileFileHeader decode_header(const std::string& content) {
+TileFileHeader decode_header(std::string_view content) {
     ByteReader reader(content);
     TileFileHeader header;
     header.identity = get_properties(reader);
@@ -125,46 +76,28 @@ TileFileHeader decode_header(const std::string& content) {
     return header;
 }
 
-/// Returns the rectangle that the film covers, in pixels of the whole picture.
-Tile shown_by(const TileFileHeader& header) {
-    return {header.window.x, header.window.y, header.window.x + header.width, header.window.y + header.height};
-}
-
-/// Calls visit(first float, number of floats) for every row of pixels of a tile in every layer of a film.
-template <class FilmType, class Visit>
-void for_each_row(const TileFileHeader& header, const Tile& tile, FilmType& film, const Visit& visit) {
-    const Tile shown = shown_by(header);
-    const std::uint32_t x0 = std::max(tile.x0, shown.x0), x1 = std::min(tile.x1, shown.x1);
-    const std::uint32_t y1 = std::min(tile.y1, shown.y1);
-    if (x0 >= x1) return;
-    for (const LayerInfo* layer : film.layers()) {
-        const std::size_t channels = layer->channels.size();
-        for (std::uint32_t y = std::max(tile.y0, shown.y0); y < y1; ++y) {
-            const std::size_t first = std::size_t{y - shown.y0} * header.width + (x0 - shown.x0);
-            visit(film.plane(layer->name) + first * channels, (x1 - x0) * channels);
-        }
-    }
-}
-
 /// Returns an upper bound of the size of a tile's record without its pixels.
 std::size_t size_of_report(const TileReport& report) {
     constexpr std::size_t of_numbers = 1024;
-    return of_numbers + report.generations.size() * sizeof(GenerationCount) +
-           (report.energy_errors.list.size() + report.interpolation_errors.list.size()) * sizeof(std::uint16_t) +
+    return of_numbers + report.generations.size() * sizeof(GenerationCount) + report.energy_errors.fractions.size() +
+           report.interpolation_errors.fractions.size() +
            (report.energy_errors.bins.size() + report.interpolation_errors.bins.size()) * sizeof(ValueCounts::Bin);
 }
 
 void put_values(ByteWriter& writer, const ValueCounts& values) {
     writer.put(values.max);
-    writer.put_list(values.list);
+    writer.put_list(values.groups);
+    writer.put_list(values.fractions);
     writer.put_list(values.bins);
 }
 
 ValueCounts get_values(ByteReader& reader) {
     ValueCounts values;
     values.max = reader.get<double>();
-    values.list = reader.get_list<std::uint16_t>();
+    values.groups = reader.get_list<ValueCounts::Group>();
+    values.fractions = reader.get_list<std::uint8_t>();
     values.bins = reader.get_list<ValueCounts::Bin>();
+    if (!values.is_legal()) throw InputError("a record has impossible counts of values");
     return values;
 }
 
@@ -198,18 +131,17 @@ TileReport get_report(ByteReader& reader) {
     return report;
 }
 
-/// Adds a tile to film and results. Returns false if the content is not that of a new tile of the part.
-bool add_tile(const TileFileHeader& header, const std::string& content, Film& film, TileResults& results) try {
-    ByteReader reader(content);
+/// Adds a tile to film and results. Returns false if the bytes are not those of a new tile of the part.
+bool add_tile(const TileFileHeader& header, std::string bytes, Film& film, TileResults& results) try {
+    ByteReader reader(record_content(bytes));
     const auto index = reader.get<std::uint64_t>();
     const auto tile = reader.get<Tile>();
     if (index >= header.grid.count() || !header.part.contains(index) || results.has(index)) return false;
     const Tile expected = header.grid.tile(index);
     if (std::memcmp(&tile, &expected, sizeof tile) != 0) return false;
-    TileReport report = get_report(reader);
-    for_each_row(header, tile, film,
-                 [&](float* first, std::size_t count) { reader.get_raw(first, count * sizeof(float)); });
-    return reader.empty() && results.add(index, std::move(report));
+    const TileReport report = get_report(reader);
+    get_pixels(reader, tile, film);
+    return reader.empty() && results.add(index, report, std::move(bytes));
 } catch (const InputError&) {
     return false;
 }
@@ -221,9 +153,9 @@ std::uint64_t PartNumber::tiles_of(const TileGrid& grid) const {
     return all / count + (all % count >= number ? 1 : 0);
 }
 
-Film TileFileHeader::film() const {
+Film TileFileHeader::film(Planes planes) const {
     try {
-        return Film(width, height, layers, window, tone);
+        return Film(width, height, layers, window, tone, planes);
     } catch (const std::bad_alloc&) {
         throw RunError("not enough memory for the film of " + std::to_string(width) + " x " + std::to_string(height) +
                        " pixels");
@@ -248,11 +180,11 @@ std::optional<TileFileHeader> read_header(std::istream& in, const std::string& p
                          " of the format; this program reads version " + std::to_string(format_version) +
                          "; use the kagero that wrote the file");
     const Record record = read_record(in);
-    if (record.state == TileFileEnd::incomplete) return {};
-    if (record.state == TileFileEnd::damaged || record.kind != RecordKind::header)
+    if (record.state == RecordState::incomplete) return {};
+    if (record.state == RecordState::damaged || record.kind != RecordKind::header)
         throw InputError(path + " is damaged: its header differs from what was written");
     try {
-        return decode_header(record.content);
+        return decode_header(record_content(record.bytes));
     } catch (const InputError& error) {
         throw InputError(path + " cannot be used: " + error.what());
     }
@@ -261,16 +193,16 @@ std::optional<TileFileHeader> read_header(std::istream& in, const std::string& p
 TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film, TileResults& results) {
     for (std::uint64_t tiles = 0;; ++tiles) {
         const auto valid = static_cast<std::uint64_t>(in.tellg());
-        const Record record = read_record(in);
-        if (record.state != TileFileEnd::complete) return {record.state, valid};
+        Record record = read_record(in);
+        if (record.state != RecordState::valid) return {end_of(record.state), valid};
         if (record.kind == RecordKind::end) {
-            const bool matches = record.content.size() == sizeof tiles &&
-                                 ByteReader(record.content).get<std::uint64_t>() == tiles &&
+            const std::string_view content = record_content(record.bytes);
+            const bool matches = content.size() == sizeof tiles && ByteReader(content).get<std::uint64_t>() == tiles &&
                                  tiles == header.part.tiles_of(header.grid) && bytes_left(in) == 0;
             if (!matches) return {TileFileEnd::damaged, valid};
             return {TileFileEnd::complete, static_cast<std::uint64_t>(in.tellg())};
         }
-        if (record.kind != RecordKind::tile || !add_tile(header, record.content, film, results))
+        if (record.kind != RecordKind::tile || !add_tile(header, std::move(record.bytes), film, results))
             return {TileFileEnd::damaged, valid};
     }
 }
@@ -301,31 +233,31 @@ std::string encode_header(const TileFileHeader& header) {
 
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film) {
     const Tile tile = header.grid.tile(index);
-    std::size_t floats = 0;
-    for_each_row(header, tile, film, [&](const float*, std::size_t count) { floats += count; });
-    ByteWriter content = begin_record(RecordKind::tile, floats * sizeof(float) + size_of_report(report));
+    ByteWriter pixels;
+    put_pixels(pixels, tile, film);
+    ByteWriter content = begin_record(RecordKind::tile, size_of_report(report) + pixels.bytes.size());
     content.put(index);
     content.put(tile);
     put_report(content, report);
-    for_each_row(header, tile, film,
-                 [&](const float* first, std::size_t count) { content.put_raw(first, count * sizeof(float)); });
+    content.bytes += pixels.bytes;
     return finish_record(std::move(content));
 }
 
 bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) {
     std::istringstream in(record);
-    const Record read = read_record(in);
-    return read.state == TileFileEnd::complete && read.kind == RecordKind::tile && bytes_left(in) == 0 &&
-           add_tile(header, read.content, film, results);
+    Record read = read_record(in);
+    return read.state == RecordState::valid && read.kind == RecordKind::tile && bytes_left(in) == 0 &&
+           add_tile(header, std::move(read.bytes), film, results);
 }
 
-void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results) {
+void write_part(const std::string& path, const TileFileHeader& header, const TileResults& results) {
+    KAGERO_ASSERT(results.keeps_records());
     write_file(path, [&](std::ostream& out) {
         const auto write = [&](const std::string& bytes) {
             out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         };
         write(encode_header(header));
-        for (const auto& [index, report] : results.reports()) write(encode_tile(header, index, report, film));
+        for (const auto& [index, record] : results.records()) write(record);
         if (results.count() != header.part.tiles_of(header.grid)) return;
         ByteWriter end = begin_record(RecordKind::end, sizeof results.count());
         end.put(results.count());

@@ -51,7 +51,7 @@ struct TileFileHeader {
     PartNumber part;
 
     /// Returns the empty film. Throws RunError if there is not enough memory.
-    Film film() const;
+    Film film(Planes planes = Planes::allocated) const;
 };
 
 /// The state of a tile file, from its first byte that is not part of a valid record.
@@ -74,21 +74,21 @@ bool is_tile_file(const std::string& path);
 /// `path`, if the file is not a tile file, or has another version of the format, or if its header is damaged.
 std::optional<TileFileHeader> read_header(std::istream& in, const std::string& path);
 
-/// Reads the tiles that follow the header. Writes their pixels to the film and their reports to `results`, up to the
-/// first record that is not valid.
+/// Reads the tiles that follow the header. Adds them to `results`, and their pixels to the film if it has planes, up to
+/// the first record that is not valid.
 TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film, TileResults& results);
 
 /// Returns the bytes up to the first tile.
 std::string encode_header(const TileFileHeader& header);
-/// Returns the record of a tile whose pixels are in the film.
+/// Returns the record of a tile whose pixels are in the film. The film may be that of the tile alone.
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film);
 
-/// Adds the tile of a record that encode_tile returned to film and results. Returns false, and changes nothing, if the
+/// Adds the tile of a record that encode_tile returned, as read_tiles does. Returns false, and changes nothing, if the
 /// bytes are not such a record of a new tile of the part.
 bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results);
 
-/// Writes a part with the tiles of `results`, as write_file does. If some tiles of the part are missing, the file has
-/// no record `end`.
-void write_part(const std::string& path, const TileFileHeader& header, const Film& film, const TileResults& results);
+/// Writes a part with the tiles of `results`, which keeps their records, as write_file does. If some tiles of the part
+/// are missing, the file has no record `end`.
+void write_part(const std::string& path, const TileFileHeader& header, const TileResults& results);
 
 }  // namespace kagero

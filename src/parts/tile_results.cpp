@@ -2,25 +2,32 @@
 
 namespace kagero {
 
-bool TileResults::add(std::uint64_t index, TileReport report) {
+bool TileResults::add(std::uint64_t index, const TileReport& report, std::string record) {
     const std::lock_guard lock(adding_);
-    return reports_.emplace(index, std::move(report)).second;
+    if (index < has_.size() && has_[index]) return false;
+    if (index >= has_.size()) has_.resize(index + 1);
+    has_[index] = true;
+    ++count_;
+    totals_.add(report);
+    if (keeps_records_) records_.emplace(index, std::move(record));
+    return true;
 }
 
 bool TileResults::has(std::uint64_t index) const {
     const std::lock_guard lock(adding_);
-    return reports_.contains(index);
+    return index < has_.size() && has_[index];
 }
 
 std::uint64_t TileResults::count() const {
     const std::lock_guard lock(adding_);
-    return reports_.size();
+    return count_;
 }
 
-RunTotals TileResults::totals() const {
-    RunTotals totals;
-    for (const auto& [index, report] : reports_) totals.add(report);
-    return totals;
+std::vector<std::uint64_t> TileResults::tiles() const {
+    std::vector<std::uint64_t> tiles;
+    for (std::uint64_t index = 0; index < has_.size(); ++index)
+        if (has_[index]) tiles.push_back(index);
+    return tiles;
 }
 
 }  // namespace kagero

@@ -22,20 +22,42 @@ void append(const RayEnd& path, RayEnd& segment, bool has_integrals) {
     if (!(segment.energy_error > path.energy_error)) segment.energy_error = path.energy_error;
 }
 
-void PathPoints::receive(void* user, const PathPoint* point) {
-    const PathPoints& self = *static_cast<PathPoints*>(user);
-    const std::uint32_t ray = self.segments[static_cast<std::size_t>(point->ray)];
-    const RayEnd& before = self.ends[ray];
-    PathPoint shifted = *point;
-    shifted.ray = self.first_ray + ray;
-    shifted.step += before.steps;
-    shifted.parameter += before.parameter;
-    shifted.action += before.action;
-    shifted.time += before.time;
-    shifted.segment = self.paths[ray].bounces;
-    shifted.medium = self.paths[ray].medium;
-    to_space(self.plan, shifted.medium, shifted.q);
-    self.job.path_sink(self.job.path_user, &shifted);
+PathPoints::PathPoints(const Plan& plan, const Job& job, const std::vector<RayEnd>& ends,
+                       const std::vector<PathState>& paths, const std::vector<std::uint32_t>& segments,
+                       std::uint64_t first_ray, bool adds_action_to_time)
+    : plan_(plan), job_(job), ends_(ends), paths_(paths), segments_(segments), first_ray_(first_ray),
+      adds_action_to_time_(adds_action_to_time) {}
+
+void PathPoints::install(Job& job_of_segments) {
+    if (!job_.path_sink) return;
+    for (const std::uint32_t ray : segments_) offsets_.push_back(ends_[ray].parameter);
+    job_of_segments.path_sink = receive;
+    job_of_segments.path_user = this;
+    job_of_segments.path_interval = job_.path_interval;
+    job_of_segments.path_offsets = offsets_.data();
+}
+
+void PathPoints::receive(void* user, const PathPoint* point) { static_cast<const PathPoints*>(user)->pass_on(*point); }
+
+void PathPoints::pass_on(PathPoint point) const {
+    const std::uint32_t ray = segments_[static_cast<std::size_t>(point.ray)];
+    const RayEnd& before = ends_[ray];
+    const PathState& path = paths_[ray];
+    const bool at_even_intervals = job_.path_interval > 0;
+    if (at_even_intervals && point.step == 0 && path.bounces > 0) return;  // the start of a segment is no such point
+    point.ray = first_ray_ + ray;
+    if (at_even_intervals) {
+        point.parameter = point.step * job_.path_interval;
+    } else {
+        point.step += before.steps;
+        point.parameter += before.parameter;
+    }
+    point.time = before.time + (adds_action_to_time_ ? -point.action : point.time);
+    point.action += before.action;
+    point.segment = path.bounces;
+    point.medium = path.medium;
+    to_space(plan_, point.medium, point.q);
+    job_.path_sink(job_.path_user, &point);
 }
 
 }  // namespace kagero

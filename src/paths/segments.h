@@ -28,17 +28,31 @@ void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]);
 /// integrals are added if `has_integrals` is true.
 void append(const RayEnd& path, RayEnd& segment, bool has_integrals);
 
-/// Passes the points of a segment to the sink of the job, as points of the whole path.
-struct PathPoints {
-    const Plan& plan;
-    const Job& job;
-    const std::vector<RayEnd>& ends;             ///< The ends of the paths before these segments, by ray.
-    const std::vector<PathState>& paths;         ///< By ray.
-    const std::vector<std::uint32_t>& segments;  ///< The ray of each segment.
-    std::uint64_t first_ray;                     ///< Index of the tile's first ray in the list of the job.
+/// Passes the points of the segments of one medium to the sink of a job, as points of the whole paths.
+class PathPoints {
+public:
+    /// `ends` are the ends of the paths before these segments, and `paths` their states, both by ray. `segments`
+    /// contains the ray of each segment. `first_ray` is the index of the tile's first ray in the list of `job`. If
+    /// `adds_action_to_time` is true, the kernel computes the action instead of the time, whose rate is its negative.
+    PathPoints(const Plan& plan, const Job& job, const std::vector<RayEnd>& ends, const std::vector<PathState>& paths,
+               const std::vector<std::uint32_t>& segments, std::uint64_t first_ray, bool adds_action_to_time);
 
-    /// Job::path_sink; `user` is this object.
+    /// Makes the kernel that runs `job_of_segments` pass its points to this object, if the job of the constructor has a
+    /// sink. This object must outlive the run.
+    void install(Job& job_of_segments);
+
+private:
     static void receive(void* user, const PathPoint* point);
+    void pass_on(PathPoint point) const;
+
+    const Plan& plan_;
+    const Job& job_;
+    const std::vector<RayEnd>& ends_;
+    const std::vector<PathState>& paths_;
+    const std::vector<std::uint32_t>& segments_;
+    const std::uint64_t first_ray_;
+    const bool adds_action_to_time_;
+    std::vector<double> offsets_;  ///< Job::path_offsets of the segments.
 };
 
 }  // namespace kagero

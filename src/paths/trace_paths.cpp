@@ -270,12 +270,8 @@ void Generations::trace_group(std::uint32_t medium) {
     if (adds_action_to_time) job.outputs = (job.outputs & ~output_time) | output_action;
     job.timed = job_.timed;
     cancel_.install(job);
-    PathPoints points{plan_, job_, rays_.ends, rays_.paths, segments.rays, tile_.x0};
-    if (job_.path_sink) {
-        job.path_sink = PathPoints::receive;
-        job.path_user = &points;
-        job.path_interval = job_.path_interval;
-    }
+    PathPoints points(plan_, job_, rays_.ends, rays_.paths, segments.rays, tile_.x0, adds_action_to_time);
+    points.install(job);
     trace_tile(*plan.run.kernel, job, {}, segments.list, segment_ends_, counters_.total);
     for (std::size_t i = 0; i < segments.rays.size(); ++i) {
         const std::uint32_t ray = segments.rays[i];

@@ -14,6 +14,9 @@
 namespace kagero {
 namespace {
 
+/// Numbers of nodes and test rays of a RayCell, and the index of the node in its middle.
+constexpr std::size_t node_count = 9, test_count = 4, middle_node = 4;
+
 Double3 position_of(const RayEnd& end) { return {end.q[0], end.q[1], end.q[2]}; }
 Double3 direction_of(const RayEnd& end) { return {end.v[0], end.v[1], end.v[2]}; }
 
@@ -66,7 +69,7 @@ void set_sphere(const ImageLevel& image, const std::array<ChartPoint, 9>& nodes,
 
 /// Sets the positions at the nodes minus integers that are multiples of `multiple`.
 void set_positions(const std::array<double, 9>& positions, double multiple, CellNodes& nodes, double& base) {
-    base = multiple * std::floor(positions[4] / multiple);
+    base = multiple * std::floor(positions[middle_node] / multiple);
     for (std::size_t i = 0; i < 9; ++i) nodes[i] = positions[i] - base;
 }
 
@@ -88,7 +91,7 @@ bool CellShader::shade(const RayCell& cell) const {
     const std::size_t x = cell.x + shaded.x0 - shown_.x0, y = cell.y + shaded.y0 - shown_.y0;
     shaded.colors = colors_ + 3 * (y * width_ + x);
     shaded.row_length = 3 * std::size_t{width_};
-    switch (cell.nodes[4].status) {
+    switch (cell.nodes[middle_node].status) {
         case Status::escaped: return shade_sky(cell, shaded);
         case Status::hit: return shade_surface(cell, shaded);
         default: plan_.module().shading.shade_cell(&shaded); return true;  // black
@@ -98,15 +101,15 @@ bool CellShader::shade(const RayCell& cell) const {
 bool CellShader::shade_sky(const RayCell& cell, ShadedCell& shaded) const {
     const Skies& skies = plan_.scene->sources.skies;
     if (plan_.description().camera.type == CameraType::orthographic) return false;  // directions have no bound
-    const bool on_second_sheet = !skies.is_plain() && sky_view(skies, cell.nodes[4]).on_second_sheet;
+    const bool on_second_sheet = !skies.is_plain() && sky_view(skies, cell.nodes[middle_node]).on_second_sheet;
     const LoadedSky& sky = plan_.scene->paints->sky(on_second_sheet);
     Coordinates coordinates;
     const auto set = [&](const RayEnd& end, ChartPoint& point) {
         point = sky_uv(skies.is_plain() ? direction_of(end) : sky_view(skies, end).direction, sky.axes);
     };
     if (has_pattern(sky.paint)) {
-        for (std::size_t i = 0; i < 9; ++i) set(cell.nodes[i], coordinates.nodes[i]);
-        for (std::size_t i = 0; i < 4; ++i) set(cell.tests[i], coordinates.tests[i]);
+        for (std::size_t i = 0; i < node_count; ++i) set(cell.nodes[i], coordinates.nodes[i]);
+        for (std::size_t i = 0; i < test_count; ++i) set(cell.tests[i], coordinates.tests[i]);
     }
     if (!set_pattern(cell, {sky.paint, repeat_along_u, true, true}, coordinates, shaded)) return false;
     plan_.module().shading.shade_cell(&shaded);
@@ -114,7 +117,7 @@ bool CellShader::shade_sky(const RayCell& cell, ShadedCell& shaded) const {
 }
 
 bool CellShader::shade_surface(const RayCell& cell, ShadedCell& shaded) const {
-    const RayEnd& middle = cell.nodes[4];
+    const RayEnd& middle = cell.nodes[middle_node];
     const ShadedObject& object = plan_.scene->paints->object(middle.surface);
     const bool is_black = plan_.description().objects[middle.surface].material == Material::diffuse;
     if (is_black) {  // the light of diffuse surfaces is that of paths
@@ -131,8 +134,8 @@ bool CellShader::shade_surface(const RayCell& cell, ShadedCell& shaded) const {
         std::fill_n(shaded.color, 3, 1.0);
     } else {
         if (has_pattern(paint)) {
-            for (std::size_t i = 0; i < 9; ++i) set(cell.nodes[i], coordinates.nodes[i]);
-            for (std::size_t i = 0; i < 4; ++i) set(cell.tests[i], coordinates.tests[i]);
+            for (std::size_t i = 0; i < node_count; ++i) set(cell.nodes[i], coordinates.nodes[i]);
+            for (std::size_t i = 0; i < test_count; ++i) set(cell.tests[i], coordinates.tests[i]);
         }
         const bool on_sphere = shape == Shape::sphere, has_angle = on_sphere || shape == Shape::disk;
         const Pattern pattern{paint, edges_of(object, paint), has_angle, on_sphere};
@@ -148,43 +151,54 @@ bool CellShader::set_pattern(const RayCell& cell, const Pattern& pattern, Coordi
     const Paint& paint = pattern.paint.paint;
     std::copy(paint.color.begin(), paint.color.end(), shaded.color);
     if (!has_pattern(pattern.paint)) return true;
-    auto& nodes = coordinates.nodes;
-    const auto [along_u, along_v] = pattern.edges;
-    if (along_u == BeyondEdge::mirror || along_v == BeyondEdge::mirror) return false;
+    if (pattern.edges.along_u == BeyondEdge::mirror || pattern.edges.along_v == BeyondEdge::mirror) return false;
     if (pattern.has_angle) {
-        for (ChartPoint& node : nodes) unwrap(node.u, coordinates.nodes[4].u);
-        for (ChartPoint& test : coordinates.tests) unwrap(test.u, coordinates.nodes[4].u);
+        const double middle = coordinates.nodes[middle_node].u;
+        for (ChartPoint& node : coordinates.nodes) unwrap(node.u, middle);
+        for (ChartPoint& test : coordinates.tests) unwrap(test.u, middle);
         if (!are_coordinates_accurate(cell, coordinates)) return false;
     }
-    std::array<double, 9> x, y;
-    if (!pattern.paint.image) {
-        // Around a sphere or disk, the colours alternate only if the number of squares is even.
-        const double columns = paint.checker[0], rows = paint.checker[1];
-        if (pattern.has_angle && std::fmod(columns, 2) != 0) return false;
-        for (std::size_t i = 0; i < 9; ++i) x[i] = nodes[i].u * columns;
-        for (std::size_t i = 0; i < 9; ++i) y[i] = nodes[i].v * rows;
-        set_positions(x, 2, shaded.x, shaded.base[0]);
-        set_positions(y, 2, shaded.y, shaded.base[1]);
-        constexpr double unlimited = 1e30;
-        const bool ends_x = along_u == BeyondEdge::clamp, ends_y = along_v == BeyondEdge::clamp;
-        shaded.has_checker = true;
-        shaded.checker = {{ends_x ? 0 : -unlimited, ends_y ? 0 : -unlimited},
-                          {ends_x ? columns : unlimited, ends_y ? rows : unlimited}};
-        return true;
-    }
-    if (paint.factor != Double3{1, 1, 1}) return false;  // cells have no factor for the colours of images
-    shaded.image = pattern.paint.levels->levels(pattern.edges);
-    const ImageLevel& image = shaded.image.levels[0];
-    for (std::size_t i = 0; i < 9; ++i) x[i] = nodes[i].u * image.width - 0.5;
-    for (std::size_t i = 0; i < 9; ++i) y[i] = (1 - nodes[i].v) * image.height - 0.5;
-    set_positions(x, 1, shaded.x, shaded.base[0]);
-    set_positions(y, 1, shaded.y, shaded.base[1]);
+    if (!pattern.paint.image) return set_checker(pattern, coordinates, shaded);
+    if (!set_image(pattern, coordinates, shaded)) return false;
+    if (!pattern.on_sphere) return true;
     // The stripes of the filter are approximated by parabolas.
     constexpr double max_step = 0.2, min_cosine = 0.1;
-    if (!pattern.on_sphere) return true;
-    set_sphere(image, nodes, shaded);
+    set_sphere(shaded.image.levels[0], coordinates.nodes, shaded);
     const double least_cosine = *std::min_element(std::begin(shaded.cosine), std::end(shaded.cosine));
-    return greatest_step(nodes, cell.edge) < max_step && least_cosine > min_cosine;
+    return greatest_step(coordinates.nodes, cell.edge) < max_step && least_cosine > min_cosine;
+}
+
+bool CellShader::set_checker(const Pattern& pattern, const Coordinates& coordinates, ShadedCell& shaded) {
+    const double columns = pattern.paint.paint.checker[0], rows = pattern.paint.paint.checker[1];
+    // Around a sphere or disk, the colours alternate only if the number of squares is even.
+    if (pattern.has_angle && std::fmod(columns, 2) != 0) return false;
+    std::array<double, node_count> x, y;
+    for (std::size_t i = 0; i < node_count; ++i) {
+        x[i] = coordinates.nodes[i].u * columns;
+        y[i] = coordinates.nodes[i].v * rows;
+    }
+    set_positions(x, 2, shaded.x, shaded.base[0]);  // the pattern repeats after two squares
+    set_positions(y, 2, shaded.y, shaded.base[1]);
+    constexpr double unlimited = 1e30;
+    const bool ends_x = pattern.edges.along_u == BeyondEdge::clamp, ends_y = pattern.edges.along_v == BeyondEdge::clamp;
+    shaded.has_checker = true;
+    shaded.checker = {{ends_x ? 0 : -unlimited, ends_y ? 0 : -unlimited},
+                      {ends_x ? columns : unlimited, ends_y ? rows : unlimited}};
+    return true;
+}
+
+bool CellShader::set_image(const Pattern& pattern, const Coordinates& coordinates, ShadedCell& shaded) {
+    if (pattern.paint.paint.factor != Double3{1, 1, 1}) return false;  // cells have no factor for colours of images
+    shaded.image = pattern.paint.levels->levels(pattern.edges);
+    const ImageLevel& image = shaded.image.levels[0];
+    std::array<double, node_count> x, y;
+    for (std::size_t i = 0; i < node_count; ++i) {
+        x[i] = coordinates.nodes[i].u * image.width - 0.5;
+        y[i] = (1 - coordinates.nodes[i].v) * image.height - 0.5;
+    }
+    set_positions(x, 1, shaded.x, shaded.base[0]);
+    set_positions(y, 1, shaded.y, shaded.base[1]);
+    return true;
 }
 
 bool CellShader::are_coordinates_accurate(const RayCell& cell, const Coordinates& coordinates) const {
@@ -217,32 +231,35 @@ double CellShader::redshift_at(const RayCell& cell, const std::array<std::uint32
 }
 
 CellShader::Lights CellShader::lights_of(const RayCell& cell) const {
-    const ShadedObject& object = plan_.scene->paints->object(cell.nodes[4].surface);
+    const ShadedObject& object = plan_.scene->paints->object(cell.nodes[middle_node].surface);
     const bool is_disk = object.geometry->shape == Shape::disk;
-    std::array<double, 13> kelvin{};
-    std::array<Double3, 13> light;
-    for (std::uint32_t i = 0; i < 13; ++i) {
-        const RayEnd& end = i < 9 ? cell.nodes[i] : cell.tests[i - 9];
+    constexpr std::uint32_t count = node_count + test_count;  // the nodes, then the test rays
+    std::array<double, count> kelvin{};
+    std::array<Double3, count> light;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const bool is_node = i < node_count;
+        const std::uint32_t test = i - std::uint32_t{node_count};
+        const RayEnd& end = is_node ? cell.nodes[i] : cell.tests[test];
         const double redshift =
-            is_disk ? redshift_at(cell, i < 9 ? cell.node_position(i) : cell.test_position(i - 9), end) : 1;
+            is_disk ? redshift_at(cell, is_node ? cell.node_position(i) : cell.test_position(test), end) : 1;
         const double moving = object.temperature > 0 ? object.inverse_luminance : std::pow(redshift, 4);
         light[i].fill(moving * lambert_factor(object, end.primitive, position_of(end), direction_of(end)));
         if (object.temperature > 0) kelvin[i] = observed_temperature(object, position_of(end), redshift);
     }
     if (object.temperature > 0) {
-        std::array<Double3, 13> rgb;
+        std::array<Double3, count> rgb;
         blackbody_colors(plan_.module(), kelvin, rgb.data());
-        for (std::size_t i = 0; i < 13; ++i)
+        for (std::size_t i = 0; i < count; ++i)
             for (std::size_t k = 0; k < 3; ++k) light[i][k] *= rgb[i][k];
     }
     Lights lights;
-    std::copy_n(light.begin(), 9, lights.nodes.begin());
-    std::copy_n(light.begin() + 9, 4, lights.tests.begin());
+    std::copy_n(light.begin(), node_count, lights.nodes.begin());
+    std::copy_n(light.begin() + node_count, test_count, lights.tests.begin());
     return lights;
 }
 
 bool CellShader::set_lights(const RayCell& cell, ShadedCell& shaded) const {
-    const ShadedObject& object = plan_.scene->paints->object(cell.nodes[4].surface);
+    const ShadedObject& object = plan_.scene->paints->object(cell.nodes[middle_node].surface);
     const bool has_light = object.geometry->shape == Shape::disk || object.shading == Shading::lambert;
     if (!has_light) return true;
     const Lights lights = lights_of(cell);

@@ -43,6 +43,10 @@ private:
     bool shade_sky(const RayCell& cell, ShadedCell& shaded) const;
     bool shade_surface(const RayCell& cell, ShadedCell& shaded) const;
     bool set_pattern(const RayCell& cell, const Pattern& pattern, Coordinates& coordinates, ShadedCell& shaded) const;
+    /// Set the positions of the nodes in the squares of a checker, or in the texels of an image. They return false if
+    /// the kernel module cannot shade the cell.
+    static bool set_checker(const Pattern& pattern, const Coordinates& coordinates, ShadedCell& shaded);
+    static bool set_image(const Pattern& pattern, const Coordinates& coordinates, ShadedCell& shaded);
     bool are_coordinates_accurate(const RayCell& cell, const Coordinates& coordinates) const;
     bool set_lights(const RayCell& cell, ShadedCell& shaded) const;
     Lights lights_of(const RayCell& cell) const;

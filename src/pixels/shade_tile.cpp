@@ -45,35 +45,42 @@ struct TracedTile {
     bool plain_skies;  ///< Skies::is_plain.
 };
 
-/// Fills `rays` with the rays of consecutive pixels in a row, from pixel (x, y). Patches are not set, nor are the sky
-/// views of rays that do not escape.
+/// Returns how an escaped ray sees the sky.
+SkyView sky_view_of(const TracedTile& traced, const RayEnd& end) {
+    if (!traced.plain_skies) return sky_view(traced.skies, end);
+    SkyView view;
+    view.on_second_sheet = false;
+    std::copy_n(end.v, 3, view.direction.begin());
+    return view;
+}
+
+/// Returns ray i of a tile, which belongs to pixel (x, y).
+CameraRay ray_of_tile(const TracedTile& traced, std::size_t i, std::uint32_t x, std::uint32_t y) {
+    const RayList& list = traced.rays.list;
+    if (list.starts.empty()) return camera_ray(traced.plan, x + 0.5, y + 0.5);
+    return {list.starts[i], list.frequencies[i]};
+}
+
+/// Fills `samples` with the rays of consecutive pixels in a row, from pixel (x, y). Patches are not set, nor are the
+/// sky views of rays that do not escape.
 void collect_samples(const TracedTile& traced, const RequiredData& required, std::uint32_t x, std::uint32_t y,
-                     PixelBlock& block, std::span<PixelSample> rays) {
-    const auto& [plan, tile, rays_of_tile, errors, skies, plain_skies] = traced;
-    const auto& [list, ends, paths, traced_rays, cells] = rays_of_tile;
-    const std::uint32_t spp = plan.description().film.spp;
+                     PixelBlock& block, std::span<PixelSample> samples) {
+    const Tile& tile = traced.tile;
+    const TracedRays& rays = traced.rays;
+    const std::uint32_t spp = traced.plan.description().film.spp;
     const std::size_t first = (std::size_t(y - tile.y0) * (tile.x1 - tile.x0) + (x - tile.x0)) * spp;
-    for (std::size_t k = 0; k < rays.size(); ++k) {
-        PixelSample& ray = rays[k];
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        PixelSample& sample = samples[k];
         const std::size_t i = first + k;
-        ray.end = &ends[i];
-        ray.path = paths.empty() ? nullptr : &paths[i];
-        ray.interpolated = !traced_rays.empty() && !traced_rays[i];
-        if (ray.end->status == Status::escaped) {
-            const RayEnd& end = *ray.end;
-            if (!plain_skies) ray.sky = sky_view(skies, end);
-            else {
-                ray.sky.on_second_sheet = false;
-                for (std::size_t axis = 0; axis < 3; ++axis) ray.sky.direction[axis] = end.v[axis];
-            }
-        }
-        if (!errors.empty()) ray.error = &errors[i];
-        if (required.starts || (required.disk_starts && ends_on_disk(plan, *ray.end))) {
-            const bool listed = !list.starts.empty();
-            block.starts.push_back(listed ? CameraRay{list.starts[i], list.frequencies[i]}
-                                          : camera_ray(plan, x + double(k / spp) + 0.5, y + 0.5));
-            ray.ray = &block.starts.back();
-        }
+        const RayEnd& end = rays.ends[i];
+        sample.end = &end;
+        sample.path = rays.paths.empty() ? nullptr : &rays.paths[i];
+        sample.interpolated = !rays.traced.empty() && !rays.traced[i];
+        if (end.status == Status::escaped) sample.sky = sky_view_of(traced, end);
+        if (!traced.errors.empty()) sample.error = &traced.errors[i];
+        if (!required.starts && !(required.disk_starts && ends_on_disk(traced.plan, end))) continue;
+        block.starts.push_back(ray_of_tile(traced, i, x + static_cast<std::uint32_t>(k / spp), y));
+        sample.ray = &block.starts.back();
     }
 }
 

@@ -102,9 +102,9 @@ const KernelInfo& choose_kernel(const Scene& scene, const MethodChoice& method, 
 }
 
 const char* refusal_of(const Scene& scene, const KernelInfo& kernel, const MethodChoice& method) {
-    return kernel.refusal
-               ? kernel.refusal(scene.integrated_hamiltonian(), method.integrator, method.rescaled, scene.straight)
-               : nullptr;
+    const SpaceAndMethod combination{scene.integrated_hamiltonian(), scene.integrated_parameters(), method.integrator,
+                                     method.rescaled, scene.straight};
+    return kernel.refusal ? kernel.refusal(&combination) : nullptr;
 }
 
 }  // namespace kagero

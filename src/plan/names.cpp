@@ -71,7 +71,7 @@ const char* describe(Failure failure) {
         case Failure::nonfinite_start: return "a coordinate of the start or of the direction is infinite or NaN";
         case Failure::singular_start: return "the Hamiltonian is singular at the start";
         case Failure::too_far: return "the start is too far from the origin for numbers of this precision";
-        case Failure::no_observer: return "the space has no such observer, or none can exist at this position";
+        case Failure::no_observer: return "the space has no such observer, or nothing can move like it there";
         case Failure::no_rest_frame: return "the Hamiltonian is not that of light in a spacetime";
         case Failure::no_momentum: return "no momentum has this direction at this position";
         case Failure::not_converged: return "a step has no solution within its tolerance, at any step length";

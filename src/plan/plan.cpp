@@ -83,40 +83,82 @@ bool comes_within(const Scene& scene, std::uint32_t scene_index) {
     return false;
 }
 
-/// Returns remarks about settings that have no effect and objects that are not visible.
-std::vector<std::string> remarks_of(const Scene& scene, const RunConfig& run, Purpose purpose) {
-    const SceneDescription& description = scene.description;
-    const IntegratorDescription& integrator = description.integrator;
+/// Adds remarks on keys of [integrator] that have no effect.
+void remark_on_integrator(const Scene& scene, const RunConfig& run, Purpose purpose,
+                          std::vector<std::string>& remarks) {
+    const IntegratorDescription& integrator = scene.description.integrator;
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
-    std::vector<std::string> remarks = scene.geometry->remarks();
-    const auto add_remark = [&](const std::string& remark) { remarks.push_back(remark); };
     const bool is_picture = purpose == Purpose::picture, has_error_bound = integrator.max_pixel_error > 0;
+    if (has_error_bound && !is_picture)
+        remarks.push_back(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
+                          method.name + " with its stated or default step");
+    if (integrator.max_steps > max_float_steps && run.kernel->precision == Precision::float32)
+        remarks.push_back("integrator.max_steps = " + std::to_string(integrator.max_steps) +
+                          " is more than float can count: rays end after " + std::to_string(max_float_steps) +
+                          " steps; choose --precision double");
+    if (integrator.tolerance_location && !scene.straight && !method.adaptive && !(is_picture && has_error_bound))
+        remarks.push_back(std::string("integrator.tolerance has no effect: ") + method.name +
+                          " takes steps of fixed length, which integrator.step sets");
+    if (integrator.method_location && integrator.solver_tolerance > 0 && !method.implicit)
+        remarks.push_back(std::string("integrator.solver_tolerance has no effect: ") + method.name +
+                          " solves no implicit equations");
+}
+
+/// Adds remarks on keys of [camera] and [film] that have no effect on a picture, or not the intended one.
+void remark_on_camera(const SceneDescription& scene, std::vector<std::string>& remarks) {
+    const CameraDescription& camera = scene.camera;
+    const std::vector<std::string>& layers = scene.film.layers;
+    if (camera.fov_location && camera.type != CameraType::perspective)
+        remarks.push_back("camera.fov has no effect: the camera is " + name_of(camera.type));
+    if (camera.states_focus_distance && camera.aperture_radius == 0)
+        remarks.push_back("camera.focus_distance has no effect: camera.aperture_radius is 0, so everything is sharp");
+    if (camera.aperture_radius > 0 && scene.film.spp == 1)
+        remarks.push_back(
+            "with film.spp = 1, the lens of camera.aperture_radius makes noise and no smooth blur: each "
+            "pixel has one ray, from a random point of the lens; state a greater film.spp");
+    if (scene.film.spp == 1 && std::find(layers.begin(), layers.end(), "standard_error") != layers.end())
+        remarks.push_back(
+            "the layer standard_error is nan with film.spp = 1, because one ray has no spread; state a "
+            "greater film.spp");
+    if (camera.shutter > 0) remark_on_shutter(scene, remarks);
+}
+
+/// Adds a remark if a formula ends all rays of the camera where they start.
+void remark_on_start(const Scene& scene, const View& view, std::vector<std::string>& remarks) {
+    const char* const key = view.medium == 0 ? key_that_ends_rays(scene, view.camera.position) : nullptr;
+    if (!key) return;
+    remarks.push_back(std::string(key) + " is not greater than 0 at " + position_of_camera(scene) +
+                      ", so that all rays end where they start; move the camera, or change the formula");
+}
+
+/// Adds remarks on objects that are not visible.
+void remark_on_visibility(const Scene& scene, std::vector<std::string>& remarks) {
+    const std::vector<ObjectDescription>& objects = scene.description.objects;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const bool is_first_part = i == 0 || objects[i].scene_index != objects[i - 1].scene_index;
+        if (is_first_part && !comes_within(scene, objects[i].scene_index))
+            remarks.push_back("object." + objects[i].name +
+                              " is not visible: it lies beyond integrator.escape_radius = " +
+                              plain_number(scene.description.integrator.escape_radius * scene.unit) +
+                              ", where rays end; increase this radius to see it");
+    }
+}
+
+/// Returns remarks about settings that have no effect and objects that are not visible.
+std::vector<std::string> remarks_of(const Scene& scene, const View& view, const RunConfig& run, Purpose purpose) {
+    const SceneDescription& description = scene.description;
+    const bool is_picture = purpose == Purpose::picture;
+    std::vector<std::string> remarks = scene.geometry->remarks();
     if (description.space.formula) remark_on_names(*description.space.formula, remarks);
     remark_on_media(description, remarks);
     if (is_picture) remark_on_media_without_bound(scene, remarks);
     if (!scene.form_remark.empty()) remarks.push_back(scene.form_remark);
-    if (has_error_bound && !is_picture)
-        add_remark(std::string("integrator.max_pixel_error has no effect on single rays; they are traced by ") +
-                   method.name + " with its stated or default step");
-    if (integrator.max_steps > max_float_steps && run.kernel->precision == Precision::float32)
-        add_remark("integrator.max_steps = " + std::to_string(integrator.max_steps) +
-                   " is more than float can count: rays end after " + std::to_string(max_float_steps) +
-                   " steps; choose --precision double");
-    if (integrator.tolerance_location && !scene.straight && !method.adaptive && !(is_picture && has_error_bound))
-        add_remark(std::string("integrator.tolerance has no effect: ") + method.name +
-                   " takes steps of fixed length, which integrator.step sets");
-    if (is_picture && description.camera.fov_location && description.camera.type != CameraType::perspective)
-        add_remark("camera.fov has no effect: the camera is " + name_of(description.camera.type));
-    if (is_picture && description.camera.shutter > 0) remark_on_shutter(description, remarks);
-    for (std::size_t i = 0; i < description.objects.size(); ++i) {
-        const ObjectDescription& object = description.objects[i];
-        const bool is_first_part = i == 0 || object.scene_index != description.objects[i - 1].scene_index;
-        if (is_first_part && !comes_within(scene, object.scene_index))
-            add_remark("object." + object.name + " is not visible: it lies beyond integrator.escape_radius = " +
-                       plain_number(integrator.escape_radius * scene.unit) +
-                       ", where rays end; increase this radius to see it");
-    }
-    for (const std::string& remark : remarks_on_matter(scene.sources, description, scene.unit)) add_remark(remark);
+    remark_on_integrator(scene, run, purpose, remarks);
+    if (is_picture) remark_on_camera(description, remarks);
+    if (is_picture) remark_on_start(scene, view, remarks);
+    remark_on_visibility(scene, remarks);
+    for (const std::string& remark : remarks_on_matter(scene.sources, description, scene.unit))
+        remarks.push_back(remark);
     return remarks;
 }
 
@@ -169,7 +211,7 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
     for (std::size_t i = 0; i < plan.media.size(); ++i)
         plan.decisions.media.push_back(
             medium_decision(scene.description.media[i].name, *plan.media[i].scene, plan.media[i].run));
-    plan.remarks = remarks_of(scene, plan.run, purpose);
+    plan.remarks = remarks_of(scene, plan.view, plan.run, purpose);
     if (purpose == Purpose::picture && scene.description.film.sampling == Sampling::adaptive &&
         !(plan.run.interpolation_bound > 0))
         plan.remarks.push_back("the picture is sampled in full: " +

@@ -205,7 +205,7 @@ Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     job.max_steps = run.max_steps;
     job.escape_radius = scene.limits.escape_radius;
     job.inner_escape_radius = scene.limits.inner_escape_radius;
-    if (scene.programs.empty() && !run.method.rescaled) job.bending_radius = scene.space.bending_radius();
+    if (!states_rescaling(scene) && !run.method.rescaled) job.bending_radius = scene.space.bending_radius();
     job.capture_radius = scene.limits.capture_radius;
     job.capture_stretch = scene.limits.capture_stretch;
     job.hole = scene.space.hole();

@@ -21,13 +21,19 @@
 namespace kagero {
 namespace {
 
+/// Returns the value of an expression of a formula at a position; 1 for an expression that the scene does not state.
+double value_of_bound(const FormulaDescription& formula, std::int32_t node, const double (&q)[3]) {
+    return node < 0 ? 1 : evaluate(formula.scope, node, {q[0], q[1], q[2], 0, 0, 0, formula.parsed.pt});
+}
+
 constexpr const char* formula_name = "formula";
 
 /// Returns the space with its parameters as the kernels need them. `size` is that of compile_formula.
-Space make_space(const SpaceDescription& description, const Module& module, double size) {
+Space make_space(const SpaceDescription& description, const Module& module, double size, bool for_comparison) {
     Space space{&module, hamiltonian_index(module, description.hamiltonian), {}};
     for (const auto& [name, value] : description.parameters) space.parameters.push_back(value);
-    if (description.formula) space.parameters = compile_formula(*description.formula, module, size);
+    if (description.formula) space.parameters = compile_formula(*description.formula, module, size,
+                                                                  for_comparison);
     return space;
 }
 
@@ -142,7 +148,8 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
         s.space.formula->parsed.pt = frequency.pt;
         scene->form_remark = frequency.remark;
     }
-    scene->space = make_space(s.space, module, s.integrator.escape_radius);
+    const bool for_comparison = options.for_comparison && !surrounding;
+    scene->space = make_space(s.space, module, s.integrator.escape_radius, for_comparison);
     if (s.space.formula) scene->formula_code = compile_programs(module, scene->space.parameters);
     scene->straight = scene->space.is_straight();
     if (surrounding && scene->straight) s.space.center = surrounding->description.space.center;
@@ -155,10 +162,13 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
                      scene->geometry->distance_from_center(std::numeric_limits<double>::max()) +
                          scene->geometry->diagonal());
     if (s.space.formula) s.integrator = with_scaled_steps(*scene);
-    if (s.integrator.rescaling && !scene->straight) {
-        scene->programs = compile_rescaled(s.integrator, scene->space);
-        scene->formula_code = compile_programs(module, scene->programs);
+    if (s.integrator.rescaling && !scene->straight)
+        scene->programs = compile_rescaled(s.integrator, scene->space, for_comparison);
+    else if (for_comparison && !s.space.formula && !scene->straight) {
+        scene->recorded_rescaling = scene->space.info().rescales && s.integrator.rescale == "auto";
+        scene->programs = record_space(scene->space, scene->recorded_rescaling);
     }
+    if (!scene->programs.empty()) scene->formula_code = compile_programs(module, scene->programs);
     const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
     scene->limits = ray_limits(scene->space, *scene->geometry, s.integrator.escape_radius, to_horizon);
     return scene;
@@ -247,7 +257,7 @@ double null_ray_sign(const Scene& scene) {
 
 bool states_rescaling(const Scene& scene) {
     const auto& formula = scene.description.space.formula;
-    return formula ? formula->parsed.rescale >= 0 : !scene.programs.empty();
+    return formula ? formula->parsed.rescale >= 0 : scene.description.integrator.rescaling && !scene.straight;
 }
 
 bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]) {
@@ -259,14 +269,19 @@ bool has_invalid_time_rescaling(const Scene& scene, const double (&q)[3]) {
                       : evaluate(rescaling->scope, rescaling->node, variables)) > 0);
 }
 
+const char* key_that_ends_rays(const Scene& scene, const double (&q)[3]) {
+    const auto& formula = scene.description.space.formula;
+    if (!formula) return nullptr;
+    if (value_of_bound(*formula, formula->parsed.domain, q) <= 0) return "space.domain";
+    return value_of_bound(*formula, formula->parsed.capture, q) <= 0 ? "space.capture" : nullptr;
+}
+
 bool has_invalid_bounds(const Scene& scene, const double (&q)[3]) {
     const auto& formula = scene.description.space.formula;
-    if (!formula) return false;
-    const auto value = [&](std::int32_t node) {  // 1 for an expression that the scene does not state
-        return node < 0 ? 1 : evaluate(formula->scope, node, {q[0], q[1], q[2], 0, 0, 0, formula->parsed.pt});
-    };
-    const double domain = value(formula->parsed.domain), capture = value(formula->parsed.capture);
-    return !(domain <= 0 || capture <= 0 || (domain > 0 && capture > 0 && value(formula->parsed.length_scale) > 0));
+    if (!formula || key_that_ends_rays(scene, q)) return false;
+    const auto value = [&](std::int32_t node) { return value_of_bound(*formula, node, q); };
+    return !(value(formula->parsed.domain) > 0 && value(formula->parsed.capture) > 0 &&
+             value(formula->parsed.length_scale) > 0);
 }
 
 StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled) {
@@ -275,6 +290,11 @@ StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled) 
 }
 
 const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescaled) {
+    const bool is_recorded =
+        !scene.description.space.formula && !scene.programs.empty() && !scene.description.integrator.rescaling;
+    if (is_recorded && rescaled != scene.recorded_rescaling)
+        return scene.recorded_rescaling ? "the programs were recorded with time rescaling"
+                                        : "the programs were recorded without time rescaling";
     if (scene.description.space.formula || !scene.programs.empty())
         return scene.module().formula_refusal(scene.integrated_parameters(), integrator);
     return scene.module().refusal(scene.space.hamiltonian, integrator, rescaled);
@@ -292,6 +312,8 @@ std::string why_failed(const Scene& scene, Precision precision, Failure failure)
                                                                                scene.description.space.center));
         return cause.empty() ? reason : reason + ": " + cause;
     }
+    if (failure == Failure::steps_vanish && formula && formula->parsed.length_scale >= 0)
+        reason += "; or space.length_scale approaches 0 there";
     if (failure != Failure::not_finite) return reason;
     if (precision == Precision::float32) reason += "; --precision double has a larger range";
     if (states_rescaling(scene)) reason += "; or integrator.rescale is not greater than 0 at a point of the path";

@@ -34,8 +34,10 @@ RayLimits ray_limits(const Space& space, const SceneGeometry& geometry, double e
 struct Scene {
     SceneDescription description;  ///< Lengths are in `unit`, except the step, whose unit depends on the method.
     Space space;
-    std::vector<double> programs;  ///< Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression;
-                                   ///< else empty.
+    /// Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression, or with Options::for_comparison,
+    /// which records the programs of a compiled H; else empty.
+    std::vector<double> programs;
+    bool recorded_rescaling = false;  ///< With Options::for_comparison and a compiled H: `programs` contain its Ω.
     FormulaCode formula_code;      ///< How the programs of a formula, or of Ω(H − H0), are evaluated.
     std::string form_remark;       ///< Remark on the form of a formula (spaces/formula_form.h); empty if there is none.
     double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
@@ -91,6 +93,10 @@ bool has_rays_from_surfaces(const SceneDescription& scene);
 
 /// Returns true if the scene states an expression for Ω and its rays bend. Then Ω(H − H0) is always integrated.
 bool states_rescaling(const Scene& scene);
+
+/// Returns the key of a formula that ends rays at q because its value is not greater than 0 there, "space.domain" or
+/// "space.capture"; nullptr if there is none. q is relative to the centre of the space.
+const char* key_that_ends_rays(const Scene& scene, const double (&q)[3]);
 
 /// Returns true if no ray can start at q because the scene states an Ω that is not greater than 0 there. q is relative
 /// to the centre of the space.

@@ -154,14 +154,15 @@ void require_spacetime(const Scene& scene, const View& view) {
         view.observer = static_cast<ObserverKind>(i);
         if (set_observer_map(scene, view) == Failure::none) append_to_list(others, name_of(view.observer));
     }
-    const std::string& name = name_of(camera.observer);
-    const std::string reason = why_failed(scene, Precision::float64, failure) +
-                               (others.empty() ? "" : "; possible observers at this position: " + others);
-    if (others.empty() || !camera.observer_location)
-        throw InputError(camera.position_location, position_of_camera(scene) + ": no " + name +
-                                                       " observer can exist at this position: " + reason);
-    throw InputError(*camera.observer_location,
-                     "camera.observer = \"" + name + "\" cannot exist at " + position_of_camera(scene) + ": " + reason);
+    const std::string reason = why_failed(scene, Precision::float64, failure), where = position_of_camera(scene);
+    if (others.empty())
+        throw InputError(camera.position_location, where + ": no ray can start at this position: " + reason);
+    const std::string possible = "; possible observers at this position: " + others;
+    if (camera.observer_location)
+        throw InputError(*camera.observer_location, "camera.observer = \"" + name_of(camera.observer) +
+                                                        "\" cannot exist at " + where + ": " + reason + possible);
+    throw InputError(camera.position_location, where + ": the default camera.observer, \"" + name_of(camera.observer) +
+                                                   "\", cannot exist at this position: " + reason + possible);
 }
 
 /// Throws InputError for a time rescaling factor that is not greater than 0 at the camera's position. The error refers

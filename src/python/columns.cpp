@@ -113,16 +113,17 @@ std::vector<std::string> choose(const std::vector<std::string>& chosen, const st
     return names;
 }
 
-/// The rows of the table of ends.
+/// The rows of the table of ends, or of a part of it.
 struct EndTable {
     using Row = EndRow;
     const std::vector<RayEnd>& ends;
     const std::vector<PathState>& paths;  ///< Empty if no ray can continue at a surface.
+    std::size_t first = 0;                ///< Index of the first row in the arrays.
 
     std::size_t size() const { return ends.size(); }
     EndRow operator[](std::size_t i) const {
         static const PathState without_bounces;
-        return {ends[i], paths.empty() ? without_bounces : paths[i], i};
+        return {ends[i], paths.empty() ? without_bounces : paths[i], first + i};
     }
 };
 
@@ -130,67 +131,70 @@ struct EndTable {
 template <class Table>
 class Columns {
 public:
-    Columns(const Table& table, const std::vector<std::string>& names) : table_(table), names_(names) {}
+    Columns(std::size_t size, const std::vector<std::string>& names) : size_(size), names_(names) {}
 
     /// Makes the arrays of the chosen columns among `known`.
     template <class Number, std::size_t count>
     void add(const NumberColumn<typename Table::Row, Number> (&known)[count]) {
         for (const auto& column : known) {
             if (!contains(names_, column.name)) continue;
-            py::array_t<Number> array(static_cast<py::ssize_t>(table_.size()));
+            py::array_t<Number> array(static_cast<py::ssize_t>(size_));
             arrays_[column.name] = array;
-            writers_.push_back([this, number = column.number, to = array.mutable_data()](auto first, auto last) {
-                for (std::size_t i = first; i < last; ++i) to[i] = number(table_[i]);
+            writers_.push_back([number = column.number, to = array.mutable_data()](const Table& table, auto begin,
+                                                                                   auto end) {
+                for (std::size_t i = begin; i < end; ++i) to[table.first + i] = number(table[i]);
             });
         }
     }
-    /// Adds a column of texts if it is chosen. index(row) is the index of the text of a row. find_texts(indices)
-    /// returns the texts; it may first change the indices.
-    template <class Index, class FindTexts>
-    void add_texts(const std::string& name, const Index& index, const FindTexts& find_texts) {
+    /// Adds a column of texts if it is chosen. index(row) is the index of the text of a row.
+    template <class Index>
+    void add_texts(const std::string& name, const Index& index) {
         if (!contains(names_, name)) return;
         std::vector<std::uint32_t>& indices = indices_[name];
-        indices.resize(table_.size());
-        writers_.push_back([this, index, to = indices.data()](auto first, auto last) {
-            for (std::size_t i = first; i < last; ++i) to[i] = index(table_[i]);
-        });
-        makers_.push_back([this, name, find_texts, &indices] {
-            const std::vector<std::string> texts = find_texts(indices);
-            arrays_[name] = text_array(texts, indices);
+        indices.resize(size_);
+        writers_.push_back([index, to = indices.data()](const Table& table, auto begin, auto end) {
+            for (std::size_t i = begin; i < end; ++i) to[table.first + i] = index(table[i]);
         });
     }
-    /// Writes the columns and returns them in their order. Several threads write numbers and indices, without the
-    /// interpreter lock.
-    py::dict write(unsigned threads) {
+    /// Returns the indices of a column of texts, one for each row; nullptr if the column is not chosen.
+    std::uint32_t* indices(const std::string& name) {
+        const auto found = indices_.find(name);
+        return found == indices_.end() ? nullptr : found->second.data();
+    }
+    /// Writes the rows of a table: numbers and indices, with several threads. The interpreter lock is not needed.
+    void write(const Table& table, unsigned threads) const {
         constexpr std::size_t block = 1024;  // rows whose ends stay in the cache while all columns are written
-        const std::size_t blocks = (table_.size() + block - 1) / block;
-        {
-            const py::gil_scoped_release release;
-            std::atomic<std::size_t> next = 0;
-            run_on_threads(static_cast<unsigned>(std::clamp<std::size_t>(blocks / 16, 1, threads)), [&](unsigned) {
-                for (std::size_t i = next++; i < blocks; i = next++)
-                    for (const auto& writer : writers_) writer(i * block, std::min((i + 1) * block, table_.size()));
-            });
-        }
-        for (const auto& make : makers_) make();
+        const std::size_t blocks = (table.size() + block - 1) / block;
+        std::atomic<std::size_t> next = 0;
+        run_on_threads(static_cast<unsigned>(std::clamp<std::size_t>(blocks / 16, 1, threads)), [&](unsigned) {
+            for (std::size_t i = next++; i < blocks; i = next++)
+                for (const auto& writer : writers_) writer(table, i * block, std::min((i + 1) * block, table.size()));
+        });
+    }
+    /// Makes the array of a column of texts, if it is chosen.
+    void make_texts(const std::string& name, const std::vector<std::string>& texts) {
+        if (contains(names_, name)) arrays_[name] = text_array(texts, indices_.at(name));
+    }
+    /// Returns the columns in their order.
+    py::dict dict() const {
         py::dict columns;
         for (const std::string& name : names_) columns[py::str(name)] = arrays_.at(name);
         return columns;
     }
 
 private:
-    const Table& table_;
-    const std::vector<std::string>& names_;
+    const std::size_t size_;
+    const std::vector<std::string> names_;
     std::map<std::string, py::object> arrays_;
     std::map<std::string, std::vector<std::uint32_t>> indices_;  ///< Those of the columns of texts.
-    std::vector<std::function<void(std::size_t, std::size_t)>> writers_;
-    std::vector<std::function<void()>> makers_;  ///< Make the arrays of texts.
+    std::vector<std::function<void(const Table&, std::size_t, std::size_t)>> writers_;
 };
 
 /// The rows of the table of paths.
 struct PointTable {
     using Row = PathPoint;
     const std::vector<PathPoint>& points;
+    static constexpr std::size_t first = 0;
     std::size_t size() const { return points.size(); }
     const PathPoint& operator[](std::size_t i) const { return points[i]; }
 };
@@ -201,26 +205,61 @@ std::vector<std::string> names_of_media_with_space(const SceneDescription& scene
     return names;
 }
 
-/// Adds the column `reason`. Equal reasons share one text.
-void add_reasons(Columns<EndTable>& columns, const EndTable& table, const Plan& plan) {
-    const auto has_reason = [](const EndRow& row) {
-        return std::uint32_t(row.end.status == Status::failed || row.end.status == Status::step_limit);
-    };
-    columns.add_texts("reason", has_reason, [&](std::vector<std::uint32_t>& indices) {
-        std::vector<std::string> reasons{""};
-        std::map<std::string, std::uint32_t> index_of;
-        for (std::size_t i = 0; i < indices.size(); ++i) {
+/// The texts of the column `reason`. Equal reasons share one text.
+struct Reasons {
+    std::vector<std::string> texts{""};
+    std::map<std::string, std::uint32_t> index_of;
+
+    /// Replaces the indices of rows with a reason, which are 1, by those of their texts.
+    void find(const Plan& plan, const std::vector<RayEnd>& ends, std::uint32_t* indices) {
+        for (std::size_t i = 0; i < ends.size(); ++i) {
             if (indices[i] == 0) continue;
-            const std::string reason = reason_of(plan, table.ends[i]);
-            const auto [found, is_new] = index_of.emplace(reason, std::uint32_t(reasons.size()));
-            if (is_new) reasons.push_back(reason);
+            const std::string reason = reason_of(plan, ends[i]);
+            const auto [found, is_new] = index_of.emplace(reason, std::uint32_t(texts.size()));
+            if (is_new) texts.push_back(reason);
             indices[i] = found->second;
         }
-        return reasons;
+    }
+};
+
+}  // namespace
+
+struct EndArrays::State {
+    Columns<EndTable> columns;
+    Reasons reasons;
+};
+
+EndArrays::EndArrays(std::size_t rays, const std::vector<std::string>& names)
+    : state_(new State{{rays, names}, {}}) {
+    Columns<EndTable>& columns = state_->columns;
+    columns.add(doubles_of_ends);
+    columns.add(counts_of_ends);
+    columns.add(codes_of_ends);
+    columns.add_texts("object",
+                      [](const EndRow& row) { return row.end.status == Status::hit ? row.end.surface + 1 : 0; });
+    columns.add_texts("medium", [](const EndRow& row) { return row.path.medium; });
+    columns.add_texts("reason", [](const EndRow& row) {
+        return std::uint32_t(row.end.status == Status::failed || row.end.status == Status::step_limit);
     });
 }
 
-}  // namespace
+EndArrays::~EndArrays() = default;
+
+void EndArrays::write(const Plan& plan, const std::vector<RayEnd>& ends, const std::vector<PathState>& paths,
+                      std::size_t first) {
+    state_->columns.write({ends, paths, first}, plan.run.threads);
+    if (std::uint32_t* const indices = state_->columns.indices("reason"))
+        state_->reasons.find(plan, ends, indices + first);
+}
+
+py::dict EndArrays::columns(const Plan& plan) {
+    std::vector<std::string> objects{""};
+    for (const ObjectDescription& object : plan.description().objects) objects.push_back(object.name);
+    state_->columns.make_texts("object", objects);
+    state_->columns.make_texts("medium", names_of_media_with_space(plan.description()));
+    state_->columns.make_texts("reason", state_->reasons.texts);
+    return state_->columns.dict();
+}
 
 std::vector<std::string> choose_columns_of_ends(const std::vector<std::string>& chosen, RayRequest& request) {
     const auto names = choose(chosen, names_of_ends, {"bounces", "medium", "weight"}, request);
@@ -235,33 +274,26 @@ std::vector<std::string> choose_columns_of_paths(const std::vector<std::string>&
 
 py::dict columns_of_ends(const Plan& plan, const std::vector<RayEnd>& ends, const std::vector<PathState>& paths,
                          const std::vector<std::string>& names) {
-    const EndTable table{ends, paths};
-    Columns<EndTable> columns(table, names);
-    columns.add(doubles_of_ends);
-    columns.add(counts_of_ends);
-    columns.add(codes_of_ends);
-    std::vector<std::string> objects{""};
-    for (const ObjectDescription& object : plan.description().objects) objects.push_back(object.name);
-    columns.add_texts(
-        "object", [](const EndRow& row) { return row.end.status == Status::hit ? row.end.surface + 1 : 0; },
-        [&](const auto&) { return objects; });
-    columns.add_texts(
-        "medium", [](const EndRow& row) { return row.path.medium; },
-        [&](const auto&) { return names_of_media_with_space(plan.description()); });
-    add_reasons(columns, table, plan);
-    return columns.write(plan.run.threads);
+    EndArrays arrays(ends.size(), names);
+    {
+        const py::gil_scoped_release release;
+        arrays.write(plan, ends, paths, 0);
+    }
+    return arrays.columns(plan);
 }
 
 py::dict columns_of_points(const Plan& plan, const std::vector<PathPoint>& points,
                            const std::vector<std::string>& names) {
-    const PointTable table{points};
-    Columns<PointTable> columns(table, names);
+    Columns<PointTable> columns(points.size(), names);
     columns.add(doubles_of_points);
     columns.add(counts_of_points);
-    columns.add_texts(
-        "medium", [](const PathPoint& point) { return point.medium; },
-        [&](const auto&) { return names_of_media_with_space(plan.description()); });
-    return columns.write(plan.run.threads);
+    columns.add_texts("medium", [](const PathPoint& point) { return point.medium; });
+    {
+        const py::gil_scoped_release release;
+        columns.write({points}, plan.run.threads);
+    }
+    columns.make_texts("medium", names_of_media_with_space(plan.description()));
+    return columns.dict();
 }
 
 }  // namespace kagero

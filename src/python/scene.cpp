@@ -124,15 +124,26 @@ py::tuple trace_scene_plans(const SharedScene& scene, const py::array& positions
     const Texts names = choose_columns_of_ends(chosen, request);
     const RayArrays rays = ray_arrays(positions, directions);
     const bool needs_paths = request.bounces.value_or(0) > 0;
-    Tracing done;
+    std::shared_ptr<const Plan> plan;
+    RunReport report;
+    EndArrays arrays(rays.count, names);
     run_with_signals(progress, [&](const RunControl& control) {
         check_finite(rays);
-        done.plan = scene->rays(options, request);
-        const auto starts = start_arrays(*done.plan, rays, observer_of(request));
-        done.report = trace(*done.plan, starts, done.ends, control, needs_paths ? &done.paths : nullptr);
+        plan = scene->rays(options, request);
+        const auto write = [&](const auto& ends, const auto& paths, std::size_t first) {
+            arrays.write(*plan, ends, paths, first);
+        };
+        report = trace_arrays(*plan, rays, observer_of(request), needs_paths, control, write);
     });
-    py::dict facts = run_facts(*done.plan, done.report, warnings_of(*done.plan, done.report));
-    return py::make_tuple(columns_of_ends(*done.plan, done.ends, done.paths, names), facts);
+    py::dict facts = run_facts(*plan, report, warnings_of(*plan, report));
+    return py::make_tuple(arrays.columns(*plan), facts);
+}
+
+/// Returns the warnings about the rays of a set, and about keys of the sweep that have no effect on them.
+std::vector<Warning> warnings_of_sweep(const SweptSet& set) {
+    std::vector<Warning> warnings = warnings_of(*set.plan, set.report);
+    for (const std::string& remark : set.remarks) warnings.push_back({"sweep", remark});
+    return warnings;
 }
 
 /// Traces rays for several sets of overrides. Returns a list with the columns and the facts of each set.
@@ -149,7 +160,7 @@ py::list sweep_scene_plans(const SharedScene& scene, const std::vector<Texts>& s
     py::list results;
     for (const SweptSet& set : swept)
         results.append(py::make_tuple(columns_of_ends(*set.plan, set.ends, set.paths, names),
-                                      run_facts(*set.plan, set.report, warnings_of(*set.plan, set.report))));
+                                      run_facts(*set.plan, set.report, warnings_of_sweep(set))));
     return results;
 }
 
@@ -162,7 +173,7 @@ py::tuple sweep_numbers_of_scene(const SharedScene& scene, const Texts& keys,
     const Texts names = choose_columns_of_ends(chosen, request);
     const RayArrays rays = ray_arrays(positions, directions);
     std::vector<SweptKey> swept_keys;
-    for (std::size_t i = 0; i < keys.size(); ++i) swept_keys.push_back({keys[i], values.at(i)});
+    for (std::size_t i = 0; i < keys.size(); ++i) swept_keys.push_back({keys[i], values.at(i), {}});
     std::pair<SweepResult, RunReport> done;
     run_with_signals(progress, [&](const RunControl& control) {
         check_finite(rays);

@@ -142,8 +142,8 @@ RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileH
     control.stop = work.stop();
     control.progress = {};
     control.snapshot_requested = nullptr;
-    control.tile_finished = [&](const Tile& tile, const TileReport& report) {
-        work.post_result(encode_tile(header, header.grid.index_of(tile), report, film));
+    control.tile_film_finished = [&](const Tile& tile, const TileReport& report, const Film& pixels) {
+        work.post_result(encode_tile(header, header.grid.index_of(tile), report, pixels));
     };
     RunReport report;
     work.run([&] {

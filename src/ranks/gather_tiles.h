@@ -9,8 +9,8 @@ namespace kagero {
 
 /// Renders the tiles of the header that `results` does not contain, on all ranks. Every rank needs the same header and
 /// results. The tiles are dealt out one by one, so that all ranks have similar costs. Rank 0 receives the pixels and
-/// reports of all tiles in film and results, and appends the tiles to the journal if it is not null. The results of the
-/// other ranks do not change.
+/// reports of all tiles in film and results, and appends the tiles to the journal if it is not null. Film and results
+/// of the other ranks do not change; their films need no planes.
 ///
 /// If `control.stop` is set on any rank, all ranks end early. For the exceptions, see JointWork::run. The report of
 /// rank 0 contains the sums over all tiles in `results`.

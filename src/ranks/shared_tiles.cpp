@@ -12,7 +12,7 @@ namespace kagero {
 void share_tiles(Communicator& ranks, const TileFileHeader& header, const TileResults& results) {
     ByteWriter writer;
     writer.put_text(encode_header(header));
-    for (const auto& [index, report] : results.reports()) writer.put(index);
+    for (const std::uint64_t index : results.tiles()) writer.put(index);
     agree(ranks);
     ranks.broadcast(writer.bytes);
     agree(ranks);

@@ -20,17 +20,22 @@ Percentiles percentiles_of(std::vector<double> values) {
     return {quantile(0.5), quantile(0.9), quantile(0.99), quantile(1.0)};
 }
 
-void PercentileHistogram::add(double value) {
-    if (bins_.empty()) bins_.resize(ValueBins::count);
-    ++bins_[ValueBins::bin_of(value)];
-    ++total_;
-    max_ = std::max(max_, value);
+/// Adds the bins of an exponent.
+void PercentileHistogram::add_bins(std::size_t exponent) {
+    if (bins_.empty()) bins_.resize(ValueBins::exponents);
+    bins_[exponent].resize(ValueBins::fractions);
 }
 
 void PercentileHistogram::add(const PercentileHistogram& other) {
     if (other.empty()) return;
-    bins_.resize(ValueBins::count);
-    std::transform(bins_.begin(), bins_.end(), other.bins_.begin(), bins_.begin(), std::plus<>());
+    bins_.resize(ValueBins::exponents);
+    for (std::size_t exponent = 0; exponent < ValueBins::exponents; ++exponent) {
+        Bins& bins = bins_[exponent];
+        const Bins& added = other.bins_[exponent];
+        if (added.empty()) continue;
+        bins.resize(ValueBins::fractions);
+        std::transform(bins.begin(), bins.end(), added.begin(), bins.begin(), std::plus<>());
+    }
     total_ += other.total_;
     max_ = std::max(max_, other.max_);
 }
@@ -48,26 +53,49 @@ void ValueCounter::add_to_bin(std::uint32_t index, std::uint32_t count) {
 
 /// Moves the values of the list to the bins.
 void ValueCounter::count_list() {
-    for (const std::uint16_t index : counts_.list) add_to_bin(index, 1);
-    counts_.list.clear();
+    for (std::uint32_t exponent = 0; exponent < fractions_.size(); ++exponent) {
+        for (const std::uint8_t fraction : fractions_[exponent])
+            add_to_bin(exponent << ValueBins::fraction_bits | fraction, 1);
+        fractions_[exponent].clear();
+    }
+    listed_ = 0;
 }
 
 ValueCounts ValueCounter::take() {
     if (!counts_.bins.empty()) count_list();
     for (const ValueCounts::Bin& bin : counts_.bins) places_[bin.index] = 0;
-    const std::size_t listed = counts_.list.size();
     ValueCounts counts = std::exchange(counts_, {});
-    counts_.list.reserve(listed);  // The next tile has about as many values.
+    counts.fractions.reserve(listed_);
+    for (std::uint32_t exponent = 0; exponent < fractions_.size(); ++exponent) {
+        std::vector<std::uint8_t>& listed = fractions_[exponent];
+        if (listed.empty()) continue;
+        counts.groups.push_back({exponent, static_cast<std::uint32_t>(listed.size())});
+        counts.fractions.insert(counts.fractions.end(), listed.begin(), listed.end());
+        listed.clear();
+    }
+    listed_ = 0;
     return counts;
 }
 
+bool ValueCounts::is_legal() const {
+    std::uint64_t listed = 0;
+    for (const Group& group : groups) {
+        if (group.exponent >= ValueBins::exponents) return false;
+        listed += group.count;
+    }
+    return listed == fractions.size() &&
+           std::all_of(bins.begin(), bins.end(), [](const Bin& bin) { return bin.index < ValueBins::count; });
+}
+
 void PercentileHistogram::add(const ValueCounts& counts) {
-    if (counts.bins.empty() && counts.list.empty()) return;
-    bins_.resize(ValueBins::count);
-    for (const std::uint16_t index : counts.list) ++bins_[index];
-    total_ += counts.list.size();
+    auto fraction = counts.fractions.begin();
+    for (const auto& [exponent, count] : counts.groups) {
+        Bins& bins = bins_of(exponent);
+        for (const auto end = fraction + count; fraction != end; ++fraction) ++bins[*fraction];
+    }
+    total_ += counts.fractions.size();
     for (const auto& [index, count] : counts.bins) {
-        bins_.at(index) += count;
+        count_of(index) += count;
         total_ += count;
     }
     max_ = std::max(max_, counts.max);
@@ -77,11 +105,18 @@ void PercentileHistogram::add(const ValueCounts& counts) {
 /// Returns 0 for the first bin.
 double PercentileHistogram::quantile(double share) const {
     const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
-    std::uint64_t bin = 0;
-    for (std::uint64_t counted = bins_[0]; counted < rank; counted += bins_[++bin]) {
+    std::uint64_t counted = 0;
+    for (std::uint64_t exponent = 0; exponent < ValueBins::exponents; ++exponent) {
+        const Bins& bins = bins_[exponent];
+        for (std::uint64_t fraction = 0; fraction < bins.size(); ++fraction) {
+            counted += bins[fraction];
+            if (counted < rank) continue;
+            const std::uint64_t bin = exponent * ValueBins::fractions + fraction;
+            if (bin == 0) return 0;
+            return std::min(max_, std::bit_cast<double>((ValueBins::first + bin + 1) << ValueBins::dropped_bits));
+        }
     }
-    return bin == 0 ? 0
-                    : std::min(max_, std::bit_cast<double>((ValueBins::first + bin + 1) << ValueBins::dropped_bits));
+    return max_;  // not reached, because the rank is at most total_
 }
 
 Percentiles PercentileHistogram::percentiles() const {

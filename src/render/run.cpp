@@ -177,15 +177,7 @@ private:
             data.interpolation_errors.add(count_pixels(data, data));
             return true;
         }
-        const TileReport report = report_of(data, counters_before, has_failures);
-        data.rays += report.rays;
-        data.path_lengths.add(report.path_lengths);
-        for (std::size_t i = 0; i < failure_count; ++i) data.failures[i] += report.failures[i];
-        data.energy_errors.add(report.energy_errors);
-        data.pixels += report.pixels;
-        data.interpolated_pixels += report.interpolated_pixels;
-        data.interpolation_errors.add(report.interpolation_errors);
-        control_.tile_finished(tile, report);
+        control_.tile_finished(tile, report_of(data, counters_before, has_failures));
         return true;
     }
     /// Adds the rays of a tile and their failures to `counts`, which is a ThreadData or a TileReport, and their energy

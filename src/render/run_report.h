@@ -112,6 +112,8 @@ using Progress = std::function<void(double done, double seconds)>;
 
 /// Receives a tile whose pixels are complete. It is called from several threads at once, for different tiles.
 using TileFinished = std::function<void(const Tile&, const TileReport&)>;
+/// Receives a tile with a film that contains nothing but its pixels.
+using TileFilmFinished = std::function<void(const Tile&, const TileReport&, const Film&)>;
 
 /// The callbacks of a run, and the conditions that cancel it. Tiles in progress may then continue for half a second, or
 /// for half the time limit if that is shorter.
@@ -130,7 +132,12 @@ struct RunControl {
     std::shared_mutex* film_mutex = nullptr;
     /// Selects the tiles of a picture that are rendered. Empty: all tiles are rendered.
     std::function<bool(const Tile&)> selects_tile = {};
-    TileFinished tile_finished = {};  ///< May be empty. If it throws, the run ends with this exception.
+    /// May be empty. Otherwise it receives the measurements of all tiles, and the report of the run contains no sums of
+    /// them. If it throws, the run ends with this exception.
+    TileFinished tile_finished = {};
+    /// May be empty. Otherwise render() calls it instead of `tile_finished`, and renders each tile into a film of its
+    /// own.
+    TileFilmFinished tile_film_finished = {};
 };
 
 }  // namespace kagero

@@ -1,13 +1,16 @@
 #include "render/trace.h"
 
+#include "error.h"
 #include "rays/coherence.h"
 #include "rays/large_vector.h"
 #include "rays/ray_ends.h"
 #include "render/run.h"
+#include "scene/value.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <mutex>
 #include <optional>
 
@@ -118,6 +121,35 @@ RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vect
     return run_list(plan, job, OrderedList(plan, starts), ends, control, paths);
 }
 
+namespace {
+
+std::string with_three_digits(double number) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", number);
+    return text;
+}
+
+/// Throws InputError if RunConfig::path_interval is so short that the points of all paths cannot be kept in memory.
+/// Returns false if the run was interrupted.
+bool check_point_count(Plan plan, const std::vector<RayStart>& starts, const RunControl& control) {
+    constexpr double max_points = 5e7;  // of about 200 bytes each
+    const double interval = plan.run.path_interval;
+    plan.run.outputs |= output_parameter;
+    std::vector<RayEnd> ends;
+    if (trace(plan, starts, ends, control).interrupted) return false;
+    double length = 0;
+    for (const RayEnd& end : ends)
+        if (std::isfinite(end.parameter)) length += end.parameter;
+    if (length / interval <= max_points) return true;
+    throw InputError("the interval " + to_toml(interval) +
+                     " of λ between the points of paths is too short: " + std::to_string(ends.size()) +
+                     (ends.size() == 1 ? " path" : " paths") + " would have " + with_three_digits(length / interval) +
+                     " points in memory, which must be at most " + with_three_digits(max_points) + "; state at least " +
+                     with_three_digits(1.01 * length / max_points));
+}
+
+}  // namespace
+
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                       const std::function<void(const PathPoint&)>& visit, const RunControl& control) {
     const OrderedList list(plan, starts);
@@ -141,6 +173,10 @@ RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                                    const RunControl& control) {
     std::vector<PathPoint> points;
+    if (plan.run.path_interval > 0 && !check_point_count(plan, starts, control)) {
+        for (const RayStart& start : starts) ends.push_back(end_at_start(start, Failure::untraced));
+        return points;
+    }
     trace_steps(
         plan, starts, ends, [&](const PathPoint& point) { points.push_back(point); }, control);
     for (PathPoint& point : points) {

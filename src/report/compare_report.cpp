@@ -11,10 +11,20 @@
 namespace kagero {
 namespace {
 
+/// Returns how a kernel evaluates H, as text.
+const char* name_of(HamiltonianCode code) {
+    switch (code) {
+        case HamiltonianCode::built_in: return "built-in";
+        case HamiltonianCode::generated: return "generated";
+        default: return "interpreted";
+    }
+}
+
 Json row_json(const CompareRow& row, unsigned threads) {
     const KernelInfo& kernel = *row.kernel;
     return {{"strategy", name_of(kernel.strategy)},
             {"form", kernel.form == Form::none ? Json() : Json(name_of(kernel.form))},
+            {"code", name_of(row.code)},
             {"method", row.method},
             {"precision", name_of(kernel.precision)},
             {"isa", row.isa},
@@ -47,6 +57,7 @@ Cells cells_of(const CompareRow& row) {
     if (kernel.form != Form::none) strategy += std::string(" ") + name_of(kernel.form);
     return {row.isa,
             strategy,
+            name_of(row.code),
             row.method,
             rounded(row.step),
             name_of(kernel.precision),
@@ -61,9 +72,21 @@ Cells cells_of(const CompareRow& row) {
             row.rendered ? std::to_string(row.flips) : "-"};
 }
 
-const Cells header{"isa",   "strategy", "method", "step",    "precision", "lanes",      "registers",
-                   "shape", "ms",       "rays/s", "speedup", "occupancy", "difference", "flips"};
-constexpr std::size_t text_columns = 5;  ///< Number of leading columns, which are aligned to the left.
+const Cells header{"isa",       "strategy", "code", "method", "step",    "precision", "lanes",
+                   "registers", "shape",    "ms",   "rays/s", "speedup", "occupancy", "difference",
+                   "flips"};
+constexpr std::size_t text_columns = 6;  ///< Number of leading columns, which are aligned to the left.
+
+/// Returns the size of the picture, and that of the scene if it is another one.
+std::string size_text(const SceneDescription& scene, const Comparison& comparison) {
+    const auto size = [](std::uint32_t width, std::uint32_t height) {
+        return std::to_string(width) + "x" + std::to_string(height);
+    };
+    const std::string compared = size(comparison.width, comparison.height),
+                      stated = size(scene.film.width, scene.film.height);
+    return compared + " pixels" +
+           (compared == stated ? "" : " (" + stated + " would take too long; see --seconds and --size)") + ", ";
+}
 
 }  // namespace
 
@@ -75,8 +98,8 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
     for (const auto& [isa, options_of_compiler] : comparison.flags) flags[isa] = options_of_compiler;
     const Json json{{"rows", rows},
                     {"scene", scene.path},
-                    {"width", scene.film.width},
-                    {"height", scene.film.height},
+                    {"width", comparison.width},
+                    {"height", comparison.height},
                     {"rays", comparison.rays},
                     {"rounds", comparison.rounds},
                     {"equal_error", options.equal_error > 0 ? Json(options.equal_error) : Json()},
@@ -91,7 +114,7 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
     return text_of(json);
 }
 
-std::string compare_text(const CompareOptions& options, const Comparison& comparison) {
+std::string compare_text(const SceneDescription& scene, const CompareOptions& options, const Comparison& comparison) {
     std::vector<Cells> lines{header};
     for (const CompareRow& row : comparison.rows) lines.push_back(cells_of(row));
     std::vector<std::size_t> width(header.size());
@@ -109,7 +132,8 @@ std::string compare_text(const CompareOptions& options, const Comparison& compar
         text += line + "\n";
     }
     text += "\n";
-    text += rounded(double(comparison.rays)) + " rays, " + std::to_string(options.threads) +
+    text += size_text(scene, comparison) + rounded(double(comparison.rays)) + " rays, ";
+    text += std::to_string(options.threads) +
             (options.threads == 1 ? " thread, " : " threads, ") + std::to_string(comparison.rounds) +
             " interleaved rounds. Times are medians; speedup is the median ratio to scalar double on " +
             (options.baseline.empty() ? "the same instruction set. " : options.baseline + ". ") +

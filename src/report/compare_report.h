@@ -1,7 +1,7 @@
 /// Reports of a comparison of vectorization strategies, as JSON and as a text table.
 #pragma once
 
-#include "study/compare.h"
+#include "study/compare/compare.h"
 
 #include <string>
 
@@ -12,6 +12,6 @@ std::string compare_json(const SceneDescription& scene, const CompareOptions& op
 
 /// Returns a table with aligned columns, a summary of the measurement, and the kernels that were left out with the
 /// reasons.
-std::string compare_text(const CompareOptions& options, const Comparison& comparison);
+std::string compare_text(const SceneDescription& scene, const CompareOptions& options, const Comparison& comparison);
 
 }  // namespace kagero

@@ -60,6 +60,14 @@ void add_bounces(Json& json, const RunReport& report) {
              {"ns_per_ray", ratio(static_cast<double>(generation.nanoseconds), static_cast<double>(generation.rays))}});
 }
 
+/// Adds the share of the pixels that were traced, and the errors of the other pixels.
+void add_interpolation(Json& json, const RunReport& report) {
+    json["traced_share"] = report.pixels > 0 ? 1 - ratio(double(report.interpolated_pixels), double(report.pixels)) : 1;
+    if (report.interpolated_pixels > 0)
+        json["interpolation_error"] = {{"p99", report.interpolation_error.p99},
+                                       {"max", report.interpolation_error.max}};
+}
+
 Json ranks_json(const RunReport& report) {
     Json ranks = Json::array();
     for (const RankTime& rank : report.ranks)
@@ -121,10 +129,7 @@ std::string render_json(const Plan& plan, const RunReport& report, const Film* f
     json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
     json["status"] = status_json(report);
     add_bounces(json, report);
-    json["traced_share"] = report.pixels > 0 ? 1 - ratio(double(report.interpolated_pixels), double(report.pixels)) : 1;
-    if (report.interpolated_pixels > 0)
-        json["interpolation_error"] = {{"p99", report.interpolation_error.p99},
-                                       {"max", report.interpolation_error.max}};
+    add_interpolation(json, report);
     if (film && film->has("standard_error")) json["standard_error"] = standard_error_json(*film);
     json["energy_error"] = energy_json(plan, report);
     json["iteration_occupancy"] = occupancy_json(work.active_iterations, work.issued_iterations);
@@ -191,6 +196,7 @@ Json counts_json(const RunReport& report) {
     json["lane_occupancy"] = occupancy_json(work.active_lane_steps, work.issued_lane_steps);
     json["status"] = status_json(report);
     add_bounces(json, report);
+    add_interpolation(json, report);
     if (report.energy_error.p50 >= 0)  // NaN if no ray has an error
         json["energy_error"] = {
             {"p50", report.energy_error.p50}, {"p99", report.energy_error.p99}, {"max", report.energy_error.max}};

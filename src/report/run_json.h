@@ -20,7 +20,8 @@ std::string render_json(const Plan& plan, const RunReport& report, const Film* f
 std::string trace_json(const Plan& plan, const std::vector<RunReport>& runs, const std::vector<RayEnd>& ends,
                        const std::vector<Warning>& warnings);
 
-/// Returns the counts of a run that a merged picture has too: rays, work, ends of rays and the error of H.
+/// Returns the counts of a run that a merged picture has too: rays, work, ends of rays, interpolation and the
+/// error of H.
 Json counts_json(const RunReport& report);
 
 /// Returns the attributes of picture_metadata that do not depend on the rays.

@@ -27,6 +27,22 @@ std::vector<double> compile_nodes(Formula formula, const FormulaScope& scope, co
     return programs;
 }
 
+/// Returns a formula that states nothing, so that everything is that of a built-in space.
+Formula formula_of_space(const Space& space) {
+    return {.nodes = nullptr,
+            .node_count = 0,
+            .energy = -1,
+            .domain = -1,
+            .capture = -1,
+            .length_scale = -1,
+            .rescale = -1,
+            .parts = {-1, -1},
+            .level = space.info().level,
+            .pt = 0,
+            .hamiltonian = space.hamiltonian,
+            .parameters = space.parameters.data()};
+}
+
 /// Returns Formula::branch_magnitudes: medians at some points whose distance from the origin is at most `size`.
 std::vector<double> branch_magnitudes(const FormulaDescription& formula, double size) {
     constexpr int points = 48;
@@ -60,11 +76,19 @@ std::vector<double> branch_magnitudes(const FormulaDescription& formula, double 
 
 }  // namespace
 
-std::vector<double> compile_formula(const FormulaDescription& description, const Module& module, double size) {
+std::vector<double> compile_formula(const FormulaDescription& description, const Module& module, double size,
+                                    bool for_comparison) {
     const std::vector<double> magnitudes = branch_magnitudes(description, size);
     Formula formula = description.parsed;
     formula.branch_magnitudes = magnitudes.data();
+    formula.for_comparison = for_comparison;
     return compile_nodes(formula, description.scope, module, description.location, description.table + ".H");
+}
+
+void set_parameters(FormulaDescription& formula, const double* values, Space& space) {
+    for (FormulaNode& node : formula.scope.nodes)
+        if (node.op == Op::parameter) node.value = values[node.a];
+    space.module->formula_functions.set_parameters(space.parameters.data(), values);
 }
 
 bool has_kinks(const FormulaDescription& formula) {
@@ -72,7 +96,7 @@ bool has_kinks(const FormulaDescription& formula) {
     needed[std::size_t(formula.parsed.energy)] = true;
     for (std::int32_t i = formula.parsed.energy; i >= 0; --i) {
         const FormulaNode& node = formula.scope.nodes[std::size_t(i)];
-        if (!needed[std::size_t(i)] || node.op == Op::constant || node.op == Op::input) continue;
+        if (!needed[std::size_t(i)] || is_leaf(node.op)) continue;
         if (has_branches(node.op)) return true;
         needed[std::size_t(node.a)] = true;
         if (node.b >= 0) needed[std::size_t(node.b)] = true;
@@ -80,21 +104,19 @@ bool has_kinks(const FormulaDescription& formula) {
     return false;
 }
 
-std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space) {
+std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space, bool for_comparison) {
     const RescalingDescription& rescaling = *integrator.rescaling;
-    Formula formula{.nodes = nullptr,
-                    .node_count = 0,
-                    .energy = -1,
-                    .domain = -1,
-                    .capture = -1,
-                    .length_scale = -1,
-                    .rescale = rescaling.node,
-                    .parts = {-1, -1},
-                    .level = space.info().level,
-                    .pt = 0,
-                    .hamiltonian = space.hamiltonian,
-                    .parameters = space.parameters.data()};
+    Formula formula = formula_of_space(space);
+    formula.rescale = rescaling.node;
+    formula.for_comparison = for_comparison;
     return compile_nodes(formula, rescaling.scope, *space.module, *integrator.rescale_location, "integrator.rescale");
+}
+
+std::vector<double> record_space(const Space& space, bool rescaled) {
+    Formula formula = formula_of_space(space);
+    formula.declared_rescaling = rescaled;
+    formula.for_comparison = true;
+    return compile_nodes(formula, {}, *space.module, {}, "the programs of space.hamiltonian");
 }
 
 double speed_of(const FormulaDescription& formula, const RayStart& ray) {

@@ -8,16 +8,24 @@
 
 namespace kagero {
 
-/// Returns the programs of a formula. `size` is the greatest distance of rays from the origin. Throws InputError if the
-/// formula is too large.
-std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module, double size);
+/// Returns the programs of a formula. `size` is the greatest distance of rays from the origin. `for_comparison` is
+/// Formula::for_comparison. Throws InputError if the formula is too large.
+std::vector<double> compile_formula(const FormulaDescription& formula, const Module& module, double size,
+                                    bool for_comparison);
+
+/// Sets the values of the parameters in a formula with parameters, and in its programs in `space`.
+void set_parameters(FormulaDescription& formula, const double* values, Space& space);
 
 /// Returns true if H has kinks: if it depends on a min, max, abs or where.
 bool has_kinks(const FormulaDescription& formula);
 
 /// Returns the programs of Ω(H − H0), where H is a built-in Hamiltonian and Ω is the expression `integrator.rescale`.
 /// Throws InputError if the programs are too large.
-std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space);
+std::vector<double> compile_rescaled(const IntegratorDescription& integrator, const Space& space, bool for_comparison);
+
+/// Returns the programs of a built-in Hamiltonian for comparison, with the Ω that it declares if `rescaled` is set.
+/// Throws InputError if they are too large.
+std::vector<double> record_space(const Space& space, bool rescaled);
 
 /// Returns |dq/dλ| = |∂H/∂p| at the start of a ray, from differences of H.
 double speed_of(const FormulaDescription& formula, const RayStart& ray);

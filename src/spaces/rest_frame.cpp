@@ -87,7 +87,7 @@ MomentumValues values_of_h(const FormulaDescription& formula, const double (&q)[
     needed[root] = 1;
     for (std::size_t i = root; i > 0; --i) {
         const FormulaNode& node = scope.nodes[i];
-        if (!needed[i] || node.op == Op::constant || node.op == Op::input) continue;
+        if (!needed[i] || is_leaf(node.op)) continue;
         needed[static_cast<std::size_t>(node.a)] = 1;
         if (node.b >= 0) needed[static_cast<std::size_t>(node.b)] = 1;
     }
@@ -98,7 +98,7 @@ MomentumValues values_of_h(const FormulaDescription& formula, const double (&q)[
         const FormulaNode& node = scope.nodes[i];
         const auto a = static_cast<std::size_t>(node.a), b = static_cast<std::size_t>(node.b);
         for (std::size_t k = 0; k < (varies(i) ? test_momenta.size() : 1); ++k) {
-            if (node.op == Op::constant) values[i][k] = node.value;
+            if (node.op == Op::constant || node.op == Op::parameter) values[i][k] = node.value;
             else if (node.op == Op::input)
                 values[i][k] = a < 3 ? q[a] : double(test_momenta[k].a == a - 3 || test_momenta[k].b == a - 3);
             else {

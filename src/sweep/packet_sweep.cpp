@@ -79,8 +79,11 @@ bool trace_group(const Plan& base, const ParameterSets& sets, const TracedSets& 
     const auto store = [&](const Tile& tile, const TracedRays& traced, const CancelToken&) {
         for (std::uint32_t i = tile.x0; i < tile.x1; ++i) {
             const std::size_t set = traced_sets.members[i % members];
-            const Space& space = starts[i].ingoing ? sets.space(set) : base.scene->space;
-            ends.of(set)[i / members] = reported_end(*base.scene, space, starts[i], traced.ends[i - tile.x0]);
+            const auto reported = [&](const Space& space) {
+                return reported_end(*base.scene, space, starts[i], traced.ends[i - tile.x0]);
+            };
+            ends.of(set)[i / members] =
+                starts[i].ingoing ? reported(sets.space(set)) : reported(base.scene->space);
         }
     };
     return !run_tiles(plan, job, work, {}, store, control).interrupted;
@@ -95,8 +98,10 @@ std::string reason_against_packets(const Plan& base) {
     if (base.scene->straight) return "";
     if (!base.method().adaptive) return "the steps of the method do not adapt to the parameters";
     const MethodChoice& method = base.run.method;
-    const char* refusal =
-        sweep_kernel.refusal(base.scene->space.hamiltonian, method.integrator, method.rescaled, false);
+    const Space& space = base.scene->space;
+    const SpaceAndMethod combination{space.hamiltonian, space.parameters.data(), method.integrator, method.rescaled,
+                                     false};
+    const char* refusal = sweep_kernel.refusal(&combination);
     return refusal ? refusal : "";
 }
 

@@ -32,15 +32,30 @@ double step_in(const Plan& base, const SpaceDescription& space) {
 
 }  // namespace
 
+std::string SweptKey::text(std::size_t set) const { return texts.empty() ? to_toml(values[set]) : texts[set]; }
+
 std::optional<std::size_t> parameter_of_key(const HamiltonianInfo& space, const std::string& key) {
     for (std::size_t i = 0; i < space.parameter_count; ++i)
         if (key == std::string("space.") + space.parameters[i].name) return i;
     return std::nullopt;
 }
 
+std::optional<std::string> constant_of_key(const FormulaDescription& formula, const std::string& key) {
+    for (const auto& [name, value] : formula.constants)
+        if (name != "pt" && key == formula.table + ".constants." + name) return name;
+    return std::nullopt;
+}
+
 ParameterSets::ParameterSets(const Plan& base, const std::vector<SweptKey>& keys)
     : module_(&base.module()), hamiltonian_(base.scene->space.hamiltonian),
-      parameter_count_(base.scene->space.parameters.size()), count_(keys.front().values.size()) {
+      parameter_count_(base.scene->space.parameters.size()), count_(keys.front().count()) {
+    if (base.description().space.formula) {
+        parameter_count_ = keys.size();
+        for (std::size_t set = 0; set < count_; ++set)
+            for (const SweptKey& key : keys)
+                values_.push_back(to_number(value_in_set(key, set), key.key, {-1e300, 1e300}));
+        return;
+    }
     const HamiltonianInfo& info = base.scene->space.info();
     values_.reserve(count_ * parameter_count_);
     for (std::size_t set = 0; set < count_; ++set)
@@ -65,6 +80,7 @@ double ParameterSets::step(const Plan& base, std::size_t set) const {
 }
 
 double ParameterSets::first_step(const Plan& base) const {
+    if (base.description().space.formula) return base.run.step;
     const std::size_t keys = std::min(swept_.size(), max_corner_keys);
     std::vector<std::array<double, 2>> ranges;
     for (std::size_t k = 0; k < keys; ++k) {

@@ -1,5 +1,7 @@
 #include "sweep/scene_of_sets.h"
 
+#include "spaces/formula_space.h"
+
 #include <algorithm>
 
 namespace kagero {
@@ -18,7 +20,11 @@ SceneOfSets::SceneOfSets(const Plan& base, const ParameterSets& sets, std::optio
 
 void SceneOfSets::select(std::size_t set) {
     Space& space = scene_->space;
-    std::copy_n(sets_.parameters(set), space.parameters.size(), space.parameters.begin());
+    if (scene_->description.space.formula) {
+        set_parameters(*scene_->description.space.formula, sets_.parameters(set), space);
+    } else {
+        std::copy_n(sets_.parameters(set), space.parameters.size(), space.parameters.begin());
+    }
     scene_->straight = space.is_straight();
     scene_->limits = ray_limits(space, *scene_->geometry, scene_->description.integrator.escape_radius,
                                 observer_ != ObserverKind::falling);

@@ -68,6 +68,7 @@ Json controls_json(const SceneDescription& scene, const HamiltonianInfo& info) {
               {"look_at", camera.look_at},
               {"up", camera.up},
               {"fov", camera.fov},
+              {"height", camera.height},
               {"observer", name_of(camera.observer)},
               {"observers", observer_names()}}},
             {"film",

@@ -116,6 +116,7 @@ std::vector<Override> ViewState::overrides() const {
 
 bool is_live_key(const SceneDescription& scene, const std::string& key) {
     if (contains(common_keys, key)) return true;
+    if (key == "camera.height") return scene.camera.type == CameraType::orthographic;
     const auto& formula = scene.space.formula;
     if (!formula) {
         const auto& parameters = scene.space.parameters;

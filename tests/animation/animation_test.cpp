@@ -104,6 +104,7 @@ TEST(Animation, RefusesWhatNoFrameCanSet) {
     expect("\"camera.fovv\"=\"2\"", "unknown key camera.fovv; did you mean \"fov\"?");
     expect("\"camera.fov\"=true", "a number, or an expression of frame, u, w and s");
     expect("\"camera.fov\"=\"40*x\"", "it may depend only on frame, u, w and s");
+    expect("\"camera.fov\"=\"40*fram\"", "did you mean frame? Legal names: pi, frame, u, w, s, sqrt, ");
     expect("\"camera.fov\"=\"1/frame\"", "is not a finite number");
     expect("\"camera.fov\"=\"log(frame - 1)\"", "is not a finite number");
     expect("\"camera.fov\"=\"2 +\"", "the formula ends where");

@@ -29,6 +29,7 @@ TEST_F(Cli, PrintsHelpAndVersionOnStdout) {
 TEST_F(Cli, ChecksEnvironmentVariablesLikeOptions) {
     EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=many").status, 2);
     EXPECT_EQ(run("check hole.toml", "KAGERO_ISA=sse9").status, 2);
+    EXPECT_EQ(run("check hole.toml", "KAGERO_FORMULA=never").status, 2);
     EXPECT_NE(run("check hole.toml", "KAGERO_ISA=all").err.find("KAGERO_ISA all: not one of"), std::string::npos);
     EXPECT_EQ(run("check hole.toml", "KAGERO_THREADS=1").status, 0);
 }

@@ -33,6 +33,29 @@ TEST_F(SweepVerb, WritesTheRowsOfEachSet) {
         EXPECT_EQ(rows[6 + i].substr(rows[6 + i].find(",30,") + 4), expected[i]) << rows[6 + i];
 }
 
+// Values are numbers, words, strings in quotes and arrays, as for -D.
+TEST_F(SweepVerb, VariesKeysOfAnyType) {
+    const Outcome swept =
+        run("sweep hole.toml --vary integrator.method=dp85,gauss8 --vary 'space.center=[0,0,0],[0, 0.25, 0]' --rays "
+            "rays.csv");
+    ASSERT_EQ(swept.status, 0) << swept.err;
+    const std::vector<std::string> rows = rows_of(swept.out);
+    ASSERT_EQ(rows.size(), 6u);
+    const std::string expected_prefix = "1,gauss8,\"[0, 0.25, 0]\",";
+    const std::vector<std::string> expected =
+        rows_of(run("trace hole.toml -D integrator.method=gauss8 -D 'space.center=[0, 0.25, 0]' --rays rays.csv").out);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[3 + i], expected_prefix + expected[i]);
+}
+
+// The reasons in the rows of a set are those of its own scene.
+TEST_F(SweepVerb, StatesTheReasonsOfEachSet) {
+    const Outcome swept = run("sweep hole.toml --vary integrator.max_steps=1000,3 --rays rays.csv");
+    ASSERT_EQ(swept.status, 0) << swept.err;
+    const std::vector<std::string> rows = rows_of(swept.out);
+    for (std::size_t i = 3; i < 6; ++i)
+        EXPECT_NE(rows.at(i).find("the ray did not end within integrator.max_steps = 3"), std::string::npos) << rows[i];
+}
+
 // The rows of a block do not depend on the other blocks: 5000 rays are divided, 500 are not.
 TEST_F(SweepVerb, DoesNotDependOnTheDivisionIntoBlocks) {
     std::string many = "x,y,z,dx,dy,dz\n", few = many;
@@ -61,10 +84,16 @@ TEST_F(SweepVerb, RefusesWrongValues) {
         {"--vary space.rg --rays rays.csv", "'space.rg' is not KEY=VALUES"},
         {"--vary space.rg=0:1 --rays rays.csv", "'0:1' is neither a list V1,V2,... nor a range A:B:N"},
         {"--vary space.rg=0:1:1 --rays rays.csv", "'1' is out of range; it must be from 2 to"},
-        {"--vary space.rg=0,x --rays rays.csv", "--vary space.rg: 'x' is not a finite number"},
+        {"--vary space.rg=0,x --rays rays.csv", "set 1 of the sweep: -D space.rg=x: space.rg = \"x\" is not legal"},
+        {"--vary space.rg=0,1e --rays rays.csv", "--vary space.rg: '1e' is not a finite number"},
+        {"--vary space.rg=0,nan --rays rays.csv", "--vary space.rg: 'nan' is not a finite number"},
+        {"--vary space.rg=0,,1 --rays rays.csv", "'0,,1' contains an empty value"},
+        {"--vary space.rg= --rays rays.csv", "'' contains an empty value"},
+        {"--vary integrator.method=dp85,gaus8 --rays rays.csv", "set 1 of the sweep: -D integrator.method=gaus8"},
+        {"--vary integrator.escape_radius=20,-1 --rays rays.csv", "set 1 of the sweep: "},
         {"--vary space.rg=0.1,-1 --rays rays.csv", "rg"},
         {"--vary space.rh=0.1,0.2 --rays rays.csv", "set 0 of the sweep: "},
-        {"--vary space.rg=0.1,0.2 --vary camera.fov=40 --rays rays.csv", "camera.fov has 1 values, but space.rg has 2"},
+        {"--vary space.rg=0.1,0.2 --vary camera.fov=40 --rays rays.csv", "camera.fov has 1 value, but space.rg has 2"},
         {"--vary space.rg=0.1 --vary space.rg=0.2 --rays rays.csv", "space.rg occurs twice"},
         {"--vary space.rg=0.1,0.2 --rays missing.csv", "cannot read the rays 'missing.csv'"},
         {"--vary space.rg=0.1,0.2 --rays rays.csv --resume", "state a file for it with -o FILE"},
@@ -76,6 +105,16 @@ TEST_F(SweepVerb, RefusesWrongValues) {
         EXPECT_NE(outcome.err.find(reason), std::string::npos) << outcome.err;
         EXPECT_EQ(outcome.out, "") << arguments;
     }
+}
+
+TEST_F(SweepVerb, WarnsOfKeysWithoutEffect) {
+    const Outcome outcome =
+        run("sweep hole.toml --vary camera.fov=10,20 --vary space.rg=0.1,0.2 --rays rays.csv -o a.csv --json a.json");
+    EXPECT_EQ(outcome.status, 0);
+    const std::string remark = "camera.fov has no effect on this sweep: rays of a list do not start at the camera";
+    EXPECT_NE(outcome.err.find("warning: " + remark), std::string::npos) << outcome.err;
+    EXPECT_NE(read("a.json").find(remark), std::string::npos);
+    EXPECT_EQ(outcome.err.find("space.rg"), std::string::npos) << outcome.err;
 }
 
 TEST_F(SweepVerb, ContinuesFromItsJournal) {
@@ -90,7 +129,7 @@ TEST_F(SweepVerb, ContinuesFromItsJournal) {
                                           "kill -KILL $! 2>/dev/null; wait $!\n";
     run(sweep + "--resume -o a.csv", "sh '" + (output_ / "kill.sh").string() + "'");
     ASSERT_TRUE(exists("a.csv.journal"));
-    const Outcome other = run(sweep + "--resume -o a.csv --vary camera.fov=40:60:40");
+    const Outcome other = run(sweep + "--resume -o a.csv --vary integrator.escape_radius=40:60:40");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("the journal belongs to another run"), std::string::npos) << other.err;
     const Outcome locked = run(sweep + "--resume -o a.csv", "flock a.csv.journal");

@@ -51,6 +51,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "--crop: the value is missing; the next word is the option --size"},
         Mistake{"render hole.toml --threads none", "'none' is not a whole number"},
         Mistake{"render hole.toml --threads 0", "it must be from 1 to"},
+        Mistake{"render hole.toml --crop=-1,0,5,5", "'-1,0,5,5' is not 4 whole numbers, 0 or greater, separated by"},
+        Mistake{"view hole.toml --bind localhost --port 0", "--bind: 'localhost' is not an IP address"},
         Mistake{"render hole.toml --threads -3", "'-3'"}, Mistake{"render hole.toml --isa avx", "avx"},
         Mistake{"render hole.toml --strategy pakcet", "did you mean \"packet\"?"},
         Mistake{"render hole.toml --precision single", "legal names: auto, double, float"},

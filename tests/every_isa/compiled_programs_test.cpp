@@ -55,12 +55,14 @@ const ValueType& type_of() {
     f.nodes = nodes;
     f.node_count = 1;
     f.domain = f.capture = f.length_scale = f.rescale = f.parts[0] = f.parts[1] = -1;
+    f.for_comparison = true;
     const auto programs = std::make_unique<formula::Programs>();
     EXPECT_EQ(formula::compile(f, nullptr, *programs), nullptr);
     formula::describe_functions(reinterpret_cast<const double*>(programs.get()), nullptr,
                                 [](void*, const FunctionDescription* d) {
                                     const bool is_double = d->type->precision == Precision::float64;
                                     if (is_double == (sizeof(ScalarOf<V>) == 8) &&
+                                        d->type->registers == std::uint32_t(ValueTraits<V>::registers) &&
                                         (d->type->lanes == 1) == (lane_count<V> == 1))
                                         found = d->type;
                                 });

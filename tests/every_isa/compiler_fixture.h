@@ -9,6 +9,7 @@
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -48,6 +49,34 @@ void visit_types(const Visit& visit) {
     visit.template operator()<Lanes<float, 2>>();
     visit.template operator()<double>();
     visit.template operator()<float>();
+    visit.template operator()<Lanes<double, 1>>();
+    visit.template operator()<Lanes<double, 4>>();
+    visit.template operator()<Lanes<float, 1>>();
+    visit.template operator()<Lanes<float, 4>>();
+}
+
+/// Evaluates a code by the interpreter. Packets without an interpreter are evaluated by packets of two registers.
+template <class V>
+void interpret(const formula::Code& code, const V* in, V* out) {
+    if constexpr (formula::is_interpreted<V>) {
+        formula::evaluate_interpreted(code, in, out);
+    } else {
+        using Packet = Lanes<ScalarOf<V>, 2>;
+        constexpr int registers = ValueTraits<V>::registers;
+        for (int r = 0; r < registers; r += 2) {
+            const int second = std::min(r + 1, registers - 1);
+            Packet inputs[formula::Code::inputs], outputs[formula::Code::max_outputs];
+            for (int k = 0; k < formula::Code::inputs; ++k) {
+                inputs[k].v[0] = in[k].v[r];
+                inputs[k].v[1] = in[k].v[second];
+            }
+            formula::evaluate_interpreted(code, inputs, outputs);
+            for (int o = 0; o < code.outputs; ++o) {
+                out[o].v[r] = outputs[o].v[0];
+                out[o].v[second] = outputs[o].v[second == r ? 0 : 1];
+            }
+        }
+    }
 }
 
 /// Returns a random number; one in ten is a special value.

@@ -102,7 +102,8 @@ std::vector<Combination> combinations_of(const KernelInfo& kernel) {
             if (!rescaled && m.refusal(h, i, false)) continue;
             const Combination combination{h, i, rescaled};
             const bool straight = m.straight(h, combination.parameters.data());
-            if (!kernel.refusal || !kernel.refusal(h, i, rescaled, straight)) combinations.push_back(combination);
+            const SpaceAndMethod asked{h, combination.parameters.data(), i, rescaled, straight};
+            if (!kernel.refusal || !kernel.refusal(&asked)) combinations.push_back(combination);
         }
     return combinations;
 }

@@ -3,9 +3,14 @@
 #include "tests/formula/formula_scene.h"
 #include "tests/support/program.h"
 
+#include "formula/nodes.h"
+#include "formula/parser.h"
+
 #include <nlohmann/json.hpp>
 
+#include <cstdio>
 #include <cstring>
+#include <set>
 
 namespace kagero::test {
 namespace {
@@ -109,6 +114,46 @@ TEST(FormulaCode, FormulasCannotNameAnythingElse) {
                                 "import os",
                                 "%n"})
         EXPECT_THROW(load_with(attempt), InputError) << attempt;
+}
+
+/// Returns the names that the shared libraries of this process export, from the lists of the tool nm.
+std::set<std::string> exported_names() {
+    std::set<std::string> libraries, names;
+    std::ifstream maps("/proc/self/maps");
+    for (std::string line; std::getline(maps, line);)
+        if (const std::size_t path = line.find('/'); path != std::string::npos && line.find(".so") != std::string::npos)
+            libraries.insert(line.substr(path));
+    for (const std::string& library : libraries) {
+        FILE* list = popen(("nm -D --defined-only -P '" + library + "' 2>/dev/null").c_str(), "r");
+        char name[4096];
+        while (list && std::fscanf(list, "%4095s%*[^\n]", name) == 1) {
+            const std::string symbol = name;
+            names.insert(symbol.substr(0, symbol.find('@')));
+        }
+        if (list) pclose(list);
+    }
+    return names;
+}
+
+// A formula can call only the functions of the operation table, whatever the libraries of the process export.
+TEST(FormulaCode, FormulasCannotCallFunctionsOfLibraries) {
+    const std::set<std::string> names = exported_names(),
+                                functions{"sqrt", "exp",  "log", "sin",  "cos",  "tan",  "tanh", "atan2", "abs",
+                                          "min",  "max",  "atan", "asin", "acos", "sinh", "cosh"};
+    if (names.empty()) GTEST_SKIP() << "the tool nm is not installed";
+    for (const char* expected : {"system", "fopen", "dlopen", "execve", "sin"}) EXPECT_TRUE(names.contains(expected));
+    int refused = 0;
+    for (const std::string& name : names)
+        for (const std::string& formula : {name, name + "(x)", name + "(x, y)", name + "(x, y, z)"}) {
+            FormulaScope scope = formula_scope();
+            try {
+                parse_formula(scope, {formula, "space.H", {}});
+                EXPECT_TRUE(functions.contains(name)) << formula;
+            } catch (const InputError&) {
+                ++refused;
+            }
+        }
+    EXPECT_GT(refused, 10000);
 }
 
 class FormulaCodeReport : public ProgramTest {

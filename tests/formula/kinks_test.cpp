@@ -155,5 +155,32 @@ TEST_F(Kinks, AreReportedIfHJumpsThere) {
     }
 }
 
+// A layer of air that is thinner by 3e-5 bends grazing rays visibly. A continuous H of any steepness does not jump.
+TEST_F(Kinks, AreReportedAlsoIfHJumpsByLittle) {
+    const auto failure_with = [](const std::string& index, const Overrides& overrides = {}) {
+        const auto plan = plan_of_text(
+            "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - N^2)\"\n[space.let]\nN = \"" + index +
+                "\"\n[integrator]\nescape_radius = 8\n[camera]\nposition = [-3, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, "
+                "0, "
+                "1]\n[film]\nsize = [16, 12]\n",
+            overrides, {}, false);
+        std::vector<RayEnd> ends;
+        trace(*plan, start_rays(*plan, {{{-3, 0.2, 0.5}, {1, 0.1, -0.4}}}), ends);
+        return ends[0].failure;
+    };
+    const std::vector<Overrides> methods{{},
+                                         {"integrator.method=gauss8"},
+                                         {"integrator.method=verlet"},
+                                         {"integrator.rescale=\"1 + r\""}};
+    for (const Overrides& method : methods) {
+        SCOPED_TRACE(method.empty() ? std::string("the default method") : method[0].text);
+        EXPECT_EQ(failure_with("1 + where(z, 0, -0.00003)", method), Failure::hamiltonian_jumps);
+        EXPECT_EQ(failure_with("1 + where(z, 0.03, 0)", method), Failure::hamiltonian_jumps);
+        EXPECT_EQ(failure_with("1 + max(0, 0.3*z)", method), Failure::none);
+        EXPECT_EQ(failure_with("1.5 - 0.01*abs(z)", method), Failure::none);
+    }
+    EXPECT_EQ(failure_with("1 + min(0.1, max(0, 1000*z))"), Failure::none);
+}
+
 }  // namespace
 }  // namespace kagero::test

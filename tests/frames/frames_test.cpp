@@ -25,6 +25,29 @@ TEST_F(Frames, HaveTheSameBytesWhateverIsRenderedWithThem) {
     EXPECT_EQ(json::parse(read("some-frames.json"))["frames"].size(), 4u);
 }
 
+// A value that is not legal is found before a frame is rendered, also by `check`.
+TEST_F(Frames, AreCheckedBeforeTheFirstOne) {
+    const std::string wrong = " -D 'animation.set.\"camera.fov\"=\"where((frame - 5)^2, 50, 200)\"'";
+    const auto before = files();
+    for (const std::string verb : {"render film.toml --frames 0:9 -o a-%d.exr", "check film.toml"}) {
+        const Outcome outcome = run(verb + wrong);
+        EXPECT_EQ(outcome.status, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find("camera.fov = 200 is out of range: the legal range is 0 < value < 180 (in frame 5"),
+                  std::string::npos)
+            << outcome.err;
+        EXPECT_EQ(files(), before);
+    }
+    EXPECT_EQ(run("render film.toml --frames 0:5 -o a-%d.exr --size 8x8" + wrong).status, 0);
+}
+
+TEST_F(Frames, NeedTheOptionFramesIfTheNameHasAPlaceForTheirNumber) {
+    const Outcome outcome = run("render film.toml -o a-%03d.png");
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_NE(outcome.err.find("only frame 0 is rendered; state --frames, such as --frames 0:9"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(run("render hole.toml --size 8x8 -o a-%03d.png").status, 0);
+}
+
 // The frame is the picture of a scene without an animation that states the same values.
 TEST_F(Frames, AreThePicturesOfTheirValues) {
     ASSERT_EQ(run("render film.toml --frames 4:5 -o a-%d.png -D integrator.step=0.05").status, 0);

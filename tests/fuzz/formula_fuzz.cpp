@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         formula.energy.assign(reinterpret_cast<const char*>(data), size);
         formula.parsed.energy = parse_formula(formula.scope, {formula.energy, "space.H", {}});
         evaluate(formula.scope, formula.parsed.energy, {1, 2, 3, 0.5, -0.25, 1, -1});
-        std::vector<double> programs = compile_formula(formula, module, 100);
+        std::vector<double> programs = compile_formula(formula, module, 100, true);
         const FormulaCode code = compile_programs(module, programs);
         const double position[3] = {1, 2, 3}, direction[3] = {0, 0.6, 0.8};
         RayStart start{};

@@ -2,6 +2,9 @@
 #include "tests/support/hole_scene.h"
 #include "tests/support/part_fixture.h"
 
+#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <sstream>
 
 namespace kagero::test {
@@ -38,15 +41,14 @@ protected:
     std::string part_bytes() const {
         const RenderedPart part(*plan_, options_, {});
         EXPECT_EQ(part.results.count(), 3u);
-        write_part(path_of("a.part"), part.header, part.film, part.results);
+        write_part(path_of("a.part"), part.header, part.results);
         return read("a.part");
     }
     /// Returns the bytes of a complete journal.
     std::string journal_bytes() const {
         const RenderedPart part(*plan_, options_, {});
         std::string bytes = encode_header(part.header);
-        for (const auto& [index, report] : part.results.reports())
-            bytes += encode_tile(part.header, index, report, part.film);
+        for (const auto& [index, record] : part.results.records()) bytes += record;
         return bytes;
     }
     bool is_same_picture(const Film& film) const {
@@ -99,6 +101,14 @@ protected:
     std::unique_ptr<Plan> plan_;
     std::optional<Film> film_;
 };
+
+TEST_F(Damage, ConcernsFilesOfTheVersionThatTheReferenceStates) {
+    std::uint32_t version = 0;
+    std::memcpy(&version, part_bytes().data() + 16, sizeof version);
+    std::ifstream page(std::string(KAGERO_SOURCE) + "/docs/reference/outputs.md");
+    const std::string text{std::istreambuf_iterator<char>(page), {}};
+    EXPECT_NE(text.find("| 4 | version of the format: " + std::to_string(version) + " |"), std::string::npos);
+}
 
 TEST_F(Damage, OfAPartIsDetectedWhereverItIsCut) {
     const std::string bytes = part_bytes();

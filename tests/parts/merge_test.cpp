@@ -109,17 +109,22 @@ TEST_F(Merge, HasTheBytesOfASingleRender) {
 }
 
 TEST_F(Merge, ReportsTheCountsOfASingleRender) {
-    const std::string render = "render hole.toml --quiet --size 100x70 ";
-    const Outcome whole = run(render + "-o whole.exr --json");
-    ASSERT_EQ(run(render + "--part 1/2 -o 1.part").status + run(render + "--part 2/2 -o 2.part").status, 0);
-    // The value of --json is optional, so that a part can follow it.
-    const Outcome merged = run("merge --quiet -o merged.exr --json 1.part 2.part");
-    ASSERT_EQ(merged.status, 0) << merged.err;
-    const auto expected = nlohmann::json::parse(whole.out), found = nlohmann::json::parse(merged.out);
-    for (const char* key : {"rays", "steps", "gradients", "queries", "lane_occupancy", "status", "energy_error", "isa",
-                            "precision", "strategy", "width", "height", "interrupted"})
-        EXPECT_EQ(found.at(key), expected.at(key)) << key;
-    EXPECT_EQ(found.at("missing_tiles"), 0);
+    for (const std::string sampling : {"full", "adaptive"}) {
+        SCOPED_TRACE(sampling);
+        const std::string render = "render hole.toml --quiet --size 100x70 --sampling " + sampling + " ";
+        const Outcome whole = run(render + "-o whole.exr --json");
+        ASSERT_EQ(run(render + "--part 1/2 -o 1.part").status + run(render + "--part 2/2 -o 2.part").status, 0);
+        // The value of --json is optional, so that a part can follow it.
+        const Outcome merged = run("merge --quiet -o merged.exr --json 1.part 2.part");
+        ASSERT_EQ(merged.status, 0) << merged.err;
+        const auto expected = nlohmann::json::parse(whole.out), found = nlohmann::json::parse(merged.out);
+        for (const char* key : {"rays", "steps", "gradients", "queries", "lane_occupancy", "status", "energy_error",
+                                "isa", "precision", "strategy", "width", "height", "interrupted", "traced_share"})
+            EXPECT_EQ(found.at(key), expected.at(key)) << key;
+        EXPECT_EQ(found.at("missing_tiles"), 0);
+        EXPECT_EQ(found.value("interpolation_error", nlohmann::json()),
+                  expected.value("interpolation_error", nlohmann::json()));
+    }
 }
 
 TEST(ReferencedFiles, AreTheBuffersOfGltf) {

@@ -54,10 +54,31 @@ TEST(Remarks, AreMadeOnInvisibleObjectsAndUnusedKeys) {
         {"integrator.tolerance has no effect",
          {"integrator.tolerance=1e-6", "integrator.method=rk4"},
          {"integrator.tolerance=1e-6"}},
+        {"integrator.solver_tolerance has no effect",
+         {"integrator.solver_tolerance=1e-6", "integrator.method=rk4"},
+         {"integrator.solver_tolerance=1e-6", "integrator.method=gauss8"}},
+        {"camera.focus_distance has no effect",
+         {"camera.focus_distance=2"},
+         {"camera.focus_distance=2", "camera.aperture_radius=0.1"}},
+        {"the lens of camera.aperture_radius makes noise",
+         {"camera.aperture_radius=0.1"},
+         {"camera.aperture_radius=0.1", "film.spp=4"}},
+        {"the layer standard_error is nan",
+         {"film.layers=[\"color\",\"standard_error\"]"},
+         {"film.layers=[\"color\",\"standard_error\"]", "film.spp=4"}},
     };
     for (const auto& [part, with_remark, without_remark] : cases) {
         EXPECT_TRUE(has_remark(*plan_of_text(ball, with_remark), part)) << part;
         EXPECT_FALSE(has_remark(*plan_of_text(ball, without_remark), part)) << part;
+    }
+}
+
+TEST(Remarks, AreMadeOnFormulasThatEndAllRaysAtTheCamera) {
+    for (const std::string key : {"space.capture", "space.domain"}) {
+        SCOPED_TRACE(key);
+        EXPECT_TRUE(has_remark(*plan_of_text(disk_in_a_formula, {key + "=\"r - 4.2\""}),
+                               key + " is not greater than 0 at camera.position = [4, 0, 1]"));
+        EXPECT_FALSE(has_remark(*plan_of_text(disk_in_a_formula, {key + "=\"r - 3.9\""}), key));
     }
 }
 

@@ -7,15 +7,25 @@ namespace kagero::test {
 namespace {
 
 const std::string small = "hole.toml --size 96x80 --layers color,steps --quiet ";
-/// A picture whose tracing takes a second or more.
-const std::string slow = "hole.toml --size 256x256 --integrator gauss8 --step 0.004 --layers color,steps --threads 1 ";
+/// A picture of 25 tiles, each of which takes some hundredths of a second.
+const std::string slow = "hole.toml --size 160x160 --integrator gauss8 --step 0.004 --layers color,steps ";
+const std::string resumed = "render " + slow + "--threads 1 --resume -o a.exr ";
 
 class Mpi : public MpiTest {
 protected:
-    /// Begins the slow render on three ranks, and sends a signal to rank `rank` when the journal contains tiles.
+    /// Begins or continues the slow render on three ranks, and sends a signal to rank `rank` when the journal contains
+    /// more tiles than before.
     Outcome signal_slow_render(int rank, const std::string& signal) const {
-        std::filesystem::remove(directory_ / "a.exr.journal");
-        return signal_rank(rank, signal, "render " + slow + "--resume -o a.exr", "a.exr.journal", 100000);
+        return signal_rank(rank, signal, resumed, {"a.exr", "a.exr.journal"}, 6000);
+    }
+    /// Continues the slow render without MPI, or on several ranks, and expects the picture of one uninterrupted render.
+    void continue_slow_render(int ranks) const {
+        ASSERT_TRUE(exists("a.exr.journal"));
+        const Outcome outcome = ranks == 0 ? run(resumed) : on_ranks(ranks, resumed);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_NE(outcome.err.find("continues from a.exr.journal"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(read("a.exr") == read("one.exr")) << ranks << " ranks";
+        EXPECT_FALSE(exists("a.exr.journal"));
     }
 };
 
@@ -33,38 +43,25 @@ TEST_F(Mpi, GivesTheSameBytesForAnyNumberOfRanks) {
     }
 }
 
-TEST_F(Mpi, ContinuesAfterAKilledRank) {
-    ASSERT_EQ(run("render " + slow + "--quiet -o one.exr").status, 0);
+// A signal reaches one rank only, and all ranks end. The tests share the render that is their reference.
+TEST_F(Mpi, ContinuesAfterAKilledRankASignalAndATimeLimit) {
+    ASSERT_EQ(run("render " + slow + "--threads 2 --quiet -o one.exr").status, 0);
     EXPECT_NE(signal_slow_render(1, "KILL").status, 0);
     EXPECT_FALSE(exists("a.exr"));
-    ASSERT_TRUE(exists("a.exr.journal"));
-    const Outcome outcome = on_ranks(2, "render " + slow + "--resume -o a.exr");
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("continues from a.exr.journal"), std::string::npos) << outcome.err;
-    EXPECT_TRUE(read("a.exr") == read("one.exr"));
-    EXPECT_FALSE(exists("a.exr.journal"));
-}
+    continue_slow_render(2);
 
-// The signal reaches one rank only, and all ranks end.
-TEST_F(Mpi, KeepsTheJournalAfterASignal) {
-    ASSERT_EQ(run("render " + slow + "--quiet -o one.exr").status, 0);
-    for (const int rank : {0, 2}) {
+    for (const int rank : {0, 2}) {  // the second run continues the journal of the first one
         const Outcome outcome = signal_slow_render(rank, "TERM");
         EXPECT_EQ(outcome.status, 130) << outcome.err;
         EXPECT_NE(outcome.err.find("tiles are in a.exr.journal; the same command continues"), std::string::npos)
             << outcome.err;
     }
-    ASSERT_EQ(run("render " + slow + "--quiet --resume -o a.exr").status, 0);
-    EXPECT_TRUE(read("a.exr") == read("one.exr"));
-}
+    continue_slow_render(0);
 
-TEST_F(Mpi, ObeysTheTimeLimit) {
-    ASSERT_EQ(run("render " + slow + "--quiet -o one.exr").status, 0);
-    const Outcome first = on_ranks(2, "render " + slow + "--resume --time-limit 0.2 -o a.exr");
-    EXPECT_EQ(first.status, 0) << first.err;
-    EXPECT_NE(first.err.find("the time limit was reached"), std::string::npos) << first.err;
-    ASSERT_EQ(on_ranks(3, "render " + slow + "--quiet --resume -o a.exr").status, 0);
-    EXPECT_TRUE(read("a.exr") == read("one.exr"));
+    const Outcome limited = on_ranks(2, resumed + "--time-limit 0.05");
+    EXPECT_EQ(limited.status, 0) << limited.err;
+    EXPECT_NE(limited.err.find("the time limit was reached"), std::string::npos) << limited.err;
+    continue_slow_render(3);
 }
 
 TEST_F(Mpi, RendersTheFramesOfAnAnimation) {

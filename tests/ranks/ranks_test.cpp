@@ -163,7 +163,7 @@ TEST_F(Ranks, RefuseAnotherInput) {
     const auto failures = run_on(2, [&](Communicator& ranks) {
         Properties identity = identity_of(whole, options);
         const Film film = film_of(whole);
-        if (ranks.rank() == 0) return share_tiles(ranks, header_of(whole, film, identity, {}), {});
+        if (ranks.rank() == 0) return share_tiles(ranks, header_of(whole, film, identity, {}), TileResults());
         identity.emplace_back("the content of the texture of sky", "5 bytes");
         try {
             receive_tiles(ranks, identity);

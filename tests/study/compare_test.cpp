@@ -2,7 +2,7 @@
 #include "tests/support/hole_scene.h"
 #include "tests/support/plan_fixture.h"
 
-#include "study/compare.h"
+#include "study/compare/compare.h"
 #include "plan/kernels.h"
 #include "report/compare_report.h"
 

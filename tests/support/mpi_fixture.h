@@ -17,20 +17,31 @@ protected:
     Outcome on_ranks(int count, const std::string& arguments) const {
         return run_program(KAGERO_MPIEXEC, "-n " + std::to_string(count) + " " + command(arguments, ""), variables());
     }
-    /// Begins `kagero ARGUMENTS --mpi` on three ranks, and sends a signal to rank `rank` when the file `journal` has
-    /// more than `bytes` bytes.
-    Outcome signal_rank(int rank, const std::string& signal, const std::string& arguments, const std::string& journal,
-                        int bytes) const {
+    /// The files of a run that is interrupted.
+    struct Files {
+        std::string output, journal;
+    };
+
+    /// Begins `kagero ARGUMENTS --mpi` on three ranks, and sends a signal to rank `rank` when the journal has `growth`
+    /// bytes more than before. If the run has ended before the signal, begins again, at most ten times.
+    Outcome signal_rank(int rank, const std::string& signal, const std::string& arguments, const Files& files,
+                        int growth) const {
         std::ofstream(output_ / "rank.sh")
             << "echo $$ > '" << output_.string() << "'/pid-${OMPI_COMM_WORLD_RANK:-$PMI_RANK}\nexec \"$@\"\n";
         std::ofstream(output_ / "signal.sh")
-            << "\"$@\" & launcher=$!\nwhile kill -0 $launcher 2>/dev/null; do\n  [ $(stat -c %s '" << journal
-            << "' 2>/dev/null || echo 0) -gt " << bytes << " ] && break; sleep 0.01\ndone\nkill -" << signal
-            << " $(cat '" << output_.string() << "'/pid-" << rank << ")\nwait $launcher\n";
-        return run_program("sh",
-                           "'" + (output_ / "signal.sh").string() + "' '" + KAGERO_MPIEXEC + "' -n 3 " +
-                               command(arguments, "sh '" + (output_ / "rank.sh").string() + "'"),
-                           variables());
+            << "size() { stat -c %s '" << files.journal << "' 2>/dev/null || echo 0; }\nend=$(($(size) + " << growth
+            << "))\n\"$@\" & launcher=$!\nwhile [ $(size) -lt $end ] && kill -0 $launcher 2>/dev/null; do sleep 0.01; "
+               "done\nkill -"
+            << signal << " $(cat '" << output_.string() << "'/pid-" << rank << ")\nwait $launcher\n";
+        Outcome outcome{};
+        for (int attempt = 0; attempt < 10 && outcome.status == 0; ++attempt) {
+            std::filesystem::remove_all(directory_ / files.output);
+            outcome = run_program("sh",
+                                  "'" + (output_ / "signal.sh").string() + "' '" + KAGERO_MPIEXEC + "' -n 3 " +
+                                      command(arguments, "sh '" + (output_ / "rank.sh").string() + "'"),
+                                  variables());
+        }
+        return outcome;
     }
 
 private:

@@ -14,13 +14,13 @@ namespace kagero::test {
 
 /// A part that was rendered but not written.
 struct RenderedPart {
-    Film film;
     TileFileHeader header;
-    TileResults results;
+    TileResults results{TileResults::Records::kept};
     RunReport report;
 
-    RenderedPart(const Plan& plan, const Options& options, const PartNumber& part)
-        : film(film_of(plan)), header(header_of(plan, film, identity_of(plan, options), part)) {
+    RenderedPart(const Plan& plan, const Options& options, const PartNumber& part) {
+        Film film = film_of(plan, Planes::none);
+        header = header_of(plan, film, identity_of(plan, options), part);
         report = render_tiles(plan, header, film, results, nullptr, {});
     }
 };
@@ -45,7 +45,7 @@ protected:
             plan.run.threads = 1 + number % 3;
             const RenderedPart part(plan, options, {number, count});
             paths.push_back(path_of(std::to_string(number) + "-of-" + std::to_string(count) + ".part"));
-            write_part(paths.back(), part.header, part.film, part.results);
+            write_part(paths.back(), part.header, part.results);
         }
         return paths;
     }

@@ -1,18 +1,16 @@
 #!/usr/bin/env python3
 """Drives the page of `kagero view` in headless Chromium: drag, walk, slider, formula, layer, pixel, save.
 
-Usage: drive_page.py KAGERO SCENES OUT [--random MINUTES]
+Usage: drive_page.py KAGERO SCENES OUT
 
-Each step checks what the page shows, and writes a screenshot to the folder OUT. With --random, random input follows;
-the script then checks that the memory of the viewer does not grow and that the page reports no error. The browser is
-controlled through the DevTools protocol over pipes. The script exits with status 77 if there is no Chromium.
+Each step checks what the page shows, and writes a screenshot to the folder OUT. The browser is controlled through the
+DevTools protocol over pipes. The script exits with status 77 if there is no Chromium.
 """
 
 import base64
 import json
 import os
 import pathlib
-import random
 import shutil
 import subprocess
 import sys
@@ -66,17 +64,24 @@ class Browser:
         os.write(self.output, json.dumps(message).encode() + b'\0')
         while True:
             answer = self.read()
-            if answer.get('method') == 'Runtime.exceptionThrown':
-                self.errors.append(answer['params']['exceptionDetails'].get('exception', {}).get('description'))
-            if answer.get('method') == 'Log.entryAdded' and answer['params']['entry']['level'] == 'error':
-                entry = answer['params']['entry']
-                # The browser reports the answers that refuse an invalid value as errors of the network.
-                if entry['source'] != 'network':
-                    self.errors.append(entry['text'])
+            if 'method' in answer:
+                self.receive(answer['method'], answer['params'])
             if answer.get('id') == self.number:
                 if 'error' in answer:
                     raise RuntimeError(f'{method}: {answer["error"]}')
                 return answer['result']
+
+    def receive(self, event, parameters):
+        """Records errors that the page reports."""
+        if event == 'Runtime.exceptionThrown':
+            details = parameters['exceptionDetails']
+            self.errors.append(details.get('exception', {}).get('description', details['text']))
+        if event == 'Runtime.consoleAPICalled' and parameters['type'] in ('error', 'assert'):
+            self.errors.append(f'console: {parameters["args"]}')
+        if event == 'Log.entryAdded' and parameters['entry']['level'] == 'error':
+            # The browser reports the answers that refuse an invalid value as errors of the network.
+            if parameters['entry']['source'] != 'network':
+                self.errors.append(parameters['entry']['text'])
 
     def run(self, script):
         result = self.call('Runtime.evaluate', expression=script, awaitPromise=True, returnByValue=True)
@@ -120,6 +125,13 @@ class Browser:
     def close(self):
         self.process.terminate()
         self.process.wait()
+
+
+def find_chromium():
+    program = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
+    if not program:
+        print('There is no Chromium; the package chromium contains it.')
+    return program
 
 
 class Viewer:
@@ -270,40 +282,10 @@ def drive_saving(browser, viewer, out):
         expect(file.exists() and file.read_bytes().startswith(start), f'saving as {name} must write a file')
 
 
-def random_input(browser, viewer, minutes, seed=1):
-    generator = random.Random(seed)
-    end = time.monotonic() + 60 * minutes
-    memory = []
-    while time.monotonic() < end:
-        for _ in range(20):
-            action = generator.randrange(6)
-            x, y = generator.randint(50, 800), generator.randint(50, 700)
-            if action == 0:
-                browser.drag((x, y), (generator.randint(50, 800), generator.randint(50, 700)))
-            elif action == 1:
-                browser.run('document.getElementById("picture").focus()')
-                browser.key(generator.choice('wasdqe+-'), 0.1)
-            elif action == 2:
-                browser.mouse('mouseWheel', x, y, deltaX=0, deltaY=generator.randint(-200, 200))
-            elif action == 3:
-                browser.mouse('mousePressed', x, y, button='left', clickCount=1)
-                browser.mouse('mouseReleased', x, y, button='left', clickCount=1)
-            elif action == 4:
-                browser.run('document.getElementById("reset").click()')
-            else:
-                time.sleep(generator.random())
-        memory.append(viewer.memory())
-        print(f'{len(memory)}: {memory[-1]:.0f} MB')
-    third = max(1, len(memory) // 3)
-    expect(max(memory[-third:]) < 1.25 * max(memory[:2 * third]) + 50, f'the memory of the viewer grows: {memory} MB')
-
-
 def main():
     kagero, scenes, out = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
-    minutes = float(sys.argv[5]) if len(sys.argv) > 5 and sys.argv[4] == '--random' else 0
-    program = shutil.which('chromium') or shutil.which('chromium-browser') or shutil.which('google-chrome')
+    program = find_chromium()
     if not program:
-        print('There is no Chromium; the package chromium contains it.')
         return 77
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
@@ -317,8 +299,6 @@ def main():
                     drive(browser, viewer, out)
                     if drive is drive_parameters:
                         drive_saving(browser, viewer, out)
-                    if drive is drive_sky and minutes > 0:
-                        random_input(browser, viewer, minutes)
                 finally:
                     viewer.close()
         finally:

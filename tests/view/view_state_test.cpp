@@ -38,6 +38,16 @@ TEST(ViewState, ContainsTheKeysAsOverrides) {
     EXPECT_EQ(texts, expected);
 }
 
+// Only an orthographic camera has a height.
+TEST(ViewState, ChangesTheHeightOfAnOrthographicCamera) {
+    SceneDescription scene = scene_named("room.toml");
+    const std::string request = R"({"tab": "a", "keys": {"camera.height": 0.5}})";
+    EXPECT_NE(message_of(request, scene).find("camera.height"), std::string::npos);
+    scene.camera.type = CameraType::orthographic;
+    EXPECT_EQ(message_of(request, scene), "");
+    EXPECT_EQ(parse_view_state(request, scene).overrides().front().text, "camera.height=0.5");
+}
+
 // A page must not be able to make the server read a file.
 TEST(ViewState, HasNoKeyThatNamesAFile) {
     for (const char* name : {"room.toml", "formula-mirage.toml", "galaxy.toml"}) {

@@ -18,7 +18,7 @@ void render_tiles_for_root(const SceneDescription& scene, Options options, doubl
     Plan plan = make_plan(scene, options);
     const std::unique_ptr<ReceivedTiles> received = receive_tiles(ranks, identity_of(plan, options));
     plan = with_choices(std::move(plan), received->header.choices, "the message of rank 0");
-    Film film = received->header.film();
+    Film film = received->header.film(Planes::none);
     const InterruptGuard interrupts;
     agree(ranks);
     RunControl control;

@@ -2,6 +2,7 @@
 #include "cli/output.h"
 #include "cli/verb.h"
 #include "error.h"
+#include "frames/frame_plans.h"
 #include "report/explanation.h"
 #include "report/warnings.h"
 #include "tuning/step_bound.h"
@@ -39,6 +40,9 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     };
     SceneDescription scene = with_error_report([&] { return scene_of(arguments, options); });
     check_outputs({{"--json", arguments.json}}, files_of(scene));
+    with_error_report([&] {
+        if (scene.animation) check_frames(scene, catalogue(options.isa), {0, scene.animation->frames, 1});
+    });
     // make_plan also reads meshes and textures, and refuses methods that cannot integrate the space.
     const Plan plan = with_error_report([&] {
         return choose_step_bound(make_plan(std::move(scene), options), options, Purpose::picture);

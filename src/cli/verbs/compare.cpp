@@ -1,5 +1,5 @@
 // kagero compare: compares the run times and pictures of the vectorization strategies.
-#include "study/compare.h"
+#include "study/compare/compare.h"
 
 #include "cli/interrupt.h"
 #include "cli/output.h"
@@ -16,6 +16,7 @@ namespace kagero {
 namespace {
 
 constexpr std::uint32_t max_rounds = 1000, max_lanes = 1024;
+constexpr double default_seconds = 20;
 
 void declare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments, true);
@@ -32,6 +33,10 @@ void declare(CLI::App& app, Arguments& arguments) {
                "Default: each row with scalar code in double on its own instruction set",
                "ISA");
     add_option(app, "--rounds", arguments.rounds, "Number of interleaved rounds of timing, 1 to 1000. Default: 5", "N");
+    add_option(app, "--seconds", arguments.seconds,
+               "Reduce the picture so that the comparison takes about S seconds; 0: keep the size of the scene. "
+               "Default: 20, and 0 with --size, -D film.size or --equal-error",
+               "S");
     add_json(app, arguments);
     add_execution(app, arguments, "1");
     add_option(app, "--lanes", arguments.lanes,
@@ -50,6 +55,21 @@ std::vector<std::string> methods_of(const std::string& text) {
     return methods;
 }
 
+/// Returns CompareOptions::max_seconds.
+double seconds_of(const Arguments& arguments) {
+    const bool states_size =
+        !arguments.size.empty() || std::any_of(arguments.overrides.begin(), arguments.overrides.end(),
+                                               [](const std::string& text) { return text.starts_with("film.size"); });
+    if (arguments.seconds.empty()) return states_size || !arguments.equal_error.empty() ? 0 : default_seconds;
+    const double seconds = finite_number("--seconds", arguments.seconds);
+    if (!(seconds >= 0))
+        throw InputError("--seconds: " + arguments.seconds + " is less than 0; state a time in seconds");
+    if (!arguments.equal_error.empty())
+        throw InputError("--seconds and --equal-error exclude each other: the search for the methods takes longer; "
+                         "leave one of them out");
+    return seconds;
+}
+
 /// Converts the arguments. `--lanes` is a list of packet sizes here, not an override of integrator.lanes.
 CompareOptions compare_options(const Arguments& arguments, const Options& options) {
     CompareOptions converted;
@@ -66,6 +86,7 @@ CompareOptions compare_options(const Arguments& arguments, const Options& option
             converted.lanes.push_back(count_of("--lanes", word, max_lanes));
     if (!arguments.methods.empty()) converted.methods = methods_of(arguments.methods);
     if (!arguments.rounds.empty()) converted.rounds = count_of("--rounds", arguments.rounds, max_rounds);
+    converted.max_seconds = seconds_of(arguments);
     if (arguments.equal_error.empty()) return converted;
     converted.equal_error = finite_number("--equal-error", arguments.equal_error);
     if (!(converted.equal_error > 0))
@@ -98,7 +119,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
     const Comparison comparison = compare_with_progress(scene, requested, terminal);
     for (const std::string& remark : comparison.remarks) terminal.warning(remark);
     if (arguments.json != "-")
-        write_output("-", [&](std::ostream& out) { out << compare_text(requested, comparison); });
+        write_output("-", [&](std::ostream& out) { out << compare_text(scene, requested, comparison); });
     if (!arguments.json.empty())
         write_output(arguments.json, [&](std::ostream& out) { out << compare_json(scene, requested, comparison); });
     return comparison.interrupted ? exit_interrupted : exit_done;

@@ -211,7 +211,7 @@ double write_result(TileJob& job, const Plan& plan, const Film& film, const RunR
                     const std::string& output) {
     if (keeps_journal_only(job, report)) return 0;
     const auto begin = std::chrono::steady_clock::now();
-    if (job.part) write_part(output, job.header, film, job.results);
+    if (job.part) write_part(output, job.header, job.results);
     else write_film(film, output, picture_metadata(plan, report));
     if (job.journal && !report.interrupted) job.journal->remove();
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -234,9 +234,8 @@ std::unique_ptr<FramePlans> sub_frames_of(const Arguments& arguments, const Opti
 
 int render_picture(const Arguments& arguments, Options options, SceneDescription scene, const Terminal& terminal,
                    Communicator* ranks) {
-    TileJob job;
+    TileJob job(part_of(arguments));
     job.ranks = ranks;
-    job.part = part_of(arguments);
     const std::string output = output_of(arguments, job.part);
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     const double time_limit = time_limit_of(arguments);
@@ -253,14 +252,14 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     // Until here, an interrupt terminates the program, because there are no results to keep.
     const InterruptGuard interrupts;
     print_plan(plan, terminal);
-    Film film = film_of(plan);
+    Film film = film_of(plan, job.part ? Planes::none : Planes::allocated);
     begin_tiles(job, plan, film, terminal);
     if (ranks) share_tiles(*ranks, job.header, job.results);
     writer_is_loaded.get();  // Waits for the thread, so that no other work runs during rendering.
     const RunReport report = render_with_progress(plan, film, job, sub_frames.get(), output, time_limit, terminal);
     const double write_seconds = write_result(job, plan, film, report, output);
     if (!keeps_journal_only(job, report)) write_maps(film, mapped, output, terminal);
-    return conclude(plan, report, job, &film, write_seconds, output, arguments.json, terminal);
+    return conclude(plan, report, job, job.part ? nullptr : &film, write_seconds, output, arguments.json, terminal);
 }
 
 /// Runs the verb. `ranks` is null without --mpi.
@@ -276,7 +275,7 @@ int render(const Arguments& arguments, const Terminal& terminal, Communicator* r
     check_crop(arguments, options, scene.film);
     if (!arguments.frames.empty())
         return render_frames_of(arguments, options, scene, time_limit_of(arguments), terminal, ranks);
-    check_picture_output(arguments);
+    check_picture_output(arguments, scene);
     if (arguments.pixel.empty()) return render_picture(arguments, options, std::move(scene), terminal, ranks);
     // With --pixel, the precision is double without a trial: a path shows differences between float and double that are
     // invisible in a picture.

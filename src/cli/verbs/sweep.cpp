@@ -17,7 +17,6 @@
 #include "report/run_json.h"
 #include "report/text/numbers.h"
 #include "report/warnings.h"
-#include "scene/value.h"
 #include "sweep/sweep_blocks.h"
 #include "tuning/resolve.h"
 
@@ -59,7 +58,9 @@ public:
              std::vector<RayInput> rays)
         : keys_(keys_of_sweep(arguments)), rays_(std::move(rays)),
           sweep_(plan_with(arguments, options, text, path), keys_, rays_.size(), observer_of(arguments)),
-          blocks_(sweep_, rays_.size()) {}
+          blocks_(sweep_, rays_.size()) {
+        if (sweep_.has_separate_plans()) check_scenes_of_sets(scene_with(arguments, options, text, path), keys_);
+    }
 
     const Sweep& sweep() const { return sweep_; }
     std::uint64_t blocks() const { return blocks_.count(); }
@@ -70,7 +71,7 @@ public:
         Properties identity = identity_of(sweep_.plan(), options);
         for (const SweptKey& key : keys_) {
             std::string values;
-            for (const double value : key.values) append_to_list(values, to_toml(value));
+            for (std::size_t set = 0; set < key.count(); ++set) append_to_list(values, key.text(set));
             identity.emplace_back("the list of values of " + key.key, values);
         }
         const std::string_view bytes(reinterpret_cast<const char*>(rays_.data()), rays_.size() * sizeof(RayInput));
@@ -89,14 +90,16 @@ public:
         RunControl control;
         control.stop = stop;
         std::vector<RayEnd> ends;
-        if (!sweep_.trace(block.sets, rays, control, ends)) return {};
+        std::vector<Plan> plans;
+        if (!sweep_.trace(block.sets, rays, control, ends, &plans)) return {};
         SweepSums sums;
         std::string rows;
         for (std::size_t i = 0; i < ends.size(); ++i) {
             ++sums.ended[static_cast<int>(ends[i].status)];
             ++sums.failures[static_cast<std::size_t>(ends[i].failure)];
-            append_set(rows, block.sets.first + i / block.rays);
-            append_end(rows, sweep_.plan(), block.first_ray + i % block.rays, ends[i]);
+            const std::size_t set = i / block.rays;
+            append_set(rows, block.sets.first + set);
+            append_end(rows, plans.empty() ? sweep_.plan() : plans[set], block.first_ray + i % block.rays, ends[i]);
         }
         Json json;
         json["ended"] = sums.ended;
@@ -107,20 +110,26 @@ public:
 
     std::string header() const {
         std::string header = "set";
-        for (const SweptKey& key : keys_) header += ',' + key.key;
+        for (const SweptKey& key : keys_) header += ',' + csv_text(key.key);
         return header + ',' + header_of_ends(sweep_.plan());
     }
 
 private:
+    static SceneWithOverrides scene_with(const Arguments& arguments, const Options& options, const std::string& text,
+                                         const std::string& path) {
+        return [=](const std::vector<std::string>& overrides) {
+            std::vector<Override> all = overrides_of(arguments);
+            all.insert(all.end(), overrides.begin(), overrides.end());
+            return load_scene_text(text, path, all, catalogue(options.isa), SceneUse::single_rays);
+        };
+    }
     static PlanWithOverrides plan_with(const Arguments& arguments, Options options, const std::string& text,
                                        const std::string& path) {
         options.energy_error = options.parameter = true;
         options.observer = observer_of(arguments);
+        const SceneWithOverrides scene = scene_with(arguments, options, text, path);
         return [=](const std::vector<std::string>& overrides) {
-            std::vector<Override> all = overrides_of(arguments);
-            all.insert(all.end(), overrides.begin(), overrides.end());
-            SceneDescription scene = load_scene_text(text, path, all, catalogue(options.isa), SceneUse::single_rays);
-            return resolve(std::move(scene), options, Purpose::ray_list);
+            return resolve(scene(overrides), options, Purpose::ray_list);
         };
     }
 
@@ -128,7 +137,8 @@ private:
     void append_set(std::string& row, std::size_t set) const {
         row += std::to_string(set) + ',';
         for (const SweptKey& key : keys_) {
-            append_exact(row, key.values[set]);
+            if (key.texts.empty()) append_exact(row, key.values[set]);
+            else row += csv_text(key.texts[set]);
             row += ',';
         }
     }
@@ -224,6 +234,7 @@ std::string sweep_json(const SweepJob& job, const SweepOutcome& outcome, const s
     json["blocks_kept"] = outcome.kept;
     json["interrupted"] = report.interrupted;
     json["warnings"] = warnings_json(warnings);
+    json["remarks"] = job.sweep().remarks();
     return text_of(json);
 }
 
@@ -252,6 +263,7 @@ int conclude_sweep(const Arguments& arguments, const SweepJob& job, const SweepO
 
 /// Checks the options and the files. Throws InputError.
 void check_sweep(const Arguments& arguments) {
+    keys_of_sweep(arguments);
     check_rank_combination(arguments);
     if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
     if (arguments.output == "-" && arguments.json == "-")
@@ -286,7 +298,8 @@ int run_sweep(const Arguments& arguments, const Terminal& terminal, Communicator
     std::vector<RayInput> rays = rays_of(arguments);
     if (ranks) share_rays(*ranks, rays);
     const SweepJob job(arguments, options, scene.text, scene.path, std::move(rays));
-    for (const std::string& remark : job.sweep().plan().remarks) terminal.warning(remark);
+    for (const auto* remarks : {&job.sweep().plan().remarks, &job.sweep().remarks()})
+        for (const std::string& remark : *remarks) terminal.warning(remark);
     if (!job.sweep().reason_against_packets().empty())
         terminal.detail("packets contain rays of one set only: " + job.sweep().reason_against_packets());
     const Properties identity = job.identity(options, arguments);

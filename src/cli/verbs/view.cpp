@@ -2,8 +2,10 @@
 #include "cli/interrupt.h"
 #include "cli/output.h"
 #include "cli/verb.h"
+#include "error.h"
 #include "view/viewer.h"
 
+#include <arpa/inet.h>
 #include <malloc.h>
 
 #include <chrono>
@@ -37,8 +39,19 @@ void return_free_memory() {
     mallopt(M_TRIM_THRESHOLD, large);
 }
 
+/// Throws InputError unless the text is an IP address.
+void check_address(const std::string& text) {
+    in6_addr address{};
+    for (const int family : {AF_INET, AF_INET6})
+        if (inet_pton(family, text.c_str(), &address) == 1) return;
+    throw InputError("--bind: '" + text +
+                     "' is not an IP address, such as 127.0.0.1, ::1, or 0.0.0.0 for all "
+                     "addresses of this machine");
+}
+
 int run(const Arguments& arguments, const Terminal& terminal) {
     return_free_memory();
+    check_address(arguments.bind);
     const Options options = options_of(arguments);
     const std::uint32_t port = count_of("--port", arguments.port, 65535, 0);
     if (arguments.scene.empty()) scene_of(arguments, options);  // reports that no scene was given

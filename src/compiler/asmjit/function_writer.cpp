@@ -15,7 +15,9 @@ public:
         : a_(assembler), program_(function), v_(assembler, *function.type),
           order_(evaluation_order(program_, v_.register_count() - reserve)), uses_(uses_in_order(program_, order_)),
           registers_(v_, program_, uses_, inputs), operations_(assembler, v_, registers_, program_),
-          input_size_(int(function.input_count * function.type->registers) * v_.value_size()) {}
+          input_size_(function.inputs_are_numbers
+                          ? int(function.input_count) * v_.number_size()
+                          : int(function.input_count * function.type->registers) * v_.value_size()) {}
 
     void write() {
         begin();

@@ -1,5 +1,6 @@
 #include "compiler/asmjit/operation_writer.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kagero::compiler {
@@ -206,10 +207,11 @@ int OperationWriter::at_least(const ProgramNode& n) {
 
 /// Calls a function of the kernel module, which may change all vector registers. Operands and results are on the stack.
 void OperationWriter::call(const Call& function_call) {
-    const auto registers = int(function_call.first.size());
+    const int registers = v_.registers(), nodes = int(function_call.first.size());
     if (first_argument_ < 0) first_argument_ = r_.reserve_slots(most_operands * registers);
     for (int r = 0; r < registers; ++r) {
-        const ProgramNode& n = program_[function_call.first[std::size_t(r)]];
+        // An operation that is the same for all registers has one node.
+        const ProgramNode& n = program_[function_call.first[std::size_t(std::min(r, nodes - 1))]];
         int argument = first_argument_ + r;
         for (const int operand : {n.a, n.b, n.c}) {
             if (operand >= 0) copy_to_stack(operand, argument);

@@ -33,7 +33,10 @@ bool RegisterFile::has_memory(int node) const { return is_leaf(program_[node].op
 
 x86::Mem RegisterFile::memory(int node) {
     const ProgramNode& n = program_[node];
-    if (n.op == Op::constant) return assembler_.constant(n.value);
+    if (n.op == Op::constant && n.a >= 0) return assembler_.lane_constant(n.value, n.a);
+    if (n.op == Op::constant) return assembler_.constant(n.a == UnrolledProgram::other_register ? 0 : n.value);
+    if (n.op == Op::input && program_.inputs_are_numbers())
+        return x86::ptr(inputs_, n.a * assembler_.number_size(), std::uint32_t(assembler_.number_size()));
     if (n.op == Op::input)
         return x86::ptr(inputs_, n.a * assembler_.value_size(), std::uint32_t(assembler_.value_size()));
     return stack_slot(slot_of_[std::size_t(node)]);
@@ -42,7 +45,10 @@ x86::Mem RegisterFile::memory(int node) {
 void RegisterFile::load(int reg, int node) {
     const ProgramNode& n = program_[node];
     if (is_in_register(node)) assembler_.move(reg, register_of_[std::size_t(node)]);
-    else if (n.op == Op::constant) assembler_.load_constant(reg, n.value);
+    else if (n.op == Op::constant && n.a == -1) assembler_.load_constant(reg, n.value);
+    else if (n.op == Op::constant && n.a < 0) assembler_.load_constant(reg, 0);
+    else if (n.op == Op::constant) assembler_.load_register(reg, memory(node));
+    else if (n.op == Op::input && program_.inputs_are_numbers()) assembler_.load_number(reg, memory(node));
     else if (n.op == Op::input) assembler_.load_value(reg, memory(node));
     else assembler_.load_register(reg, memory(node));
 }
@@ -61,7 +67,8 @@ int RegisterFile::in_register(int node) {
 bool RegisterFile::reads_from_memory(int node) const {
     if (is_in_register(node)) return false;
     if (program_[node].op == Op::constant) return true;
-    if (program_[node].op == Op::input && !assembler_.reads_values_from_memory()) return false;
+    if (program_[node].op == Op::input && (program_.inputs_are_numbers() || !assembler_.reads_values_from_memory()))
+        return false;
     return !is_used_later(node);
 }
 
@@ -119,7 +126,7 @@ void RegisterFile::store_all() {
 }
 
 x86::Mem RegisterFile::define_in_memory(const std::vector<int>& nodes) {
-    const int first = reserve_slots(int(nodes.size()));
+    const int first = reserve_slots(assembler_.registers());
     for (std::size_t i = 0; i < nodes.size(); ++i) slot_of_[std::size_t(nodes[i])] = first + int(i);
     return stack_slot(first);
 }

@@ -45,7 +45,8 @@ public:
     void store_all();
     /// Empties all registers, after a call.
     void forget_registers();
-    /// Reserves consecutive places on the stack and makes them the places of the nodes' values. Returns the first.
+    /// Reserves places on the stack for all registers of a value, and makes them the places of the nodes' values.
+    /// Returns the first.
     x86::Mem define_in_memory(const std::vector<int>& nodes);
     /// Returns the place of a value with an index on the stack.
     x86::Mem stack_slot(int index) const;

@@ -4,6 +4,16 @@
 #include <iterator>
 
 namespace kagero::compiler {
+namespace {
+
+/// Returns the lane, in register r, of a constant that is 0 in all lanes except `lane`; other_register if it is another
+/// register. A negative number is returned unchanged.
+int lane_in_register(int lane, int r, int lanes) {
+    if (lane < 0) return lane;
+    return lane / lanes == r ? lane % lanes : UnrolledProgram::other_register;
+}
+
+}  // namespace
 
 bool is_call(Op op) {
     switch (op) {
@@ -29,7 +39,8 @@ bool is_call(Op op) {
     }
 }
 
-UnrolledProgram::UnrolledProgram(const FunctionDescription& function) {
+UnrolledProgram::UnrolledProgram(const FunctionDescription& function)
+    : inputs_are_numbers_(function.inputs_are_numbers) {
     unroll(function);
     find_needed_nodes();
     collect_calls(function);
@@ -37,18 +48,33 @@ UnrolledProgram::UnrolledProgram(const FunctionDescription& function) {
 
 void UnrolledProgram::unroll(const FunctionDescription& function) {
     const auto registers = int(function.type->registers), count = int(function.node_count);
-    // Constants are the same for all registers.
+    find_uniform_nodes(function);
     const auto moved = [&](int operand, int r) {
-        return operand < 0 || function.nodes[operand].op == Op::constant ? operand : operand + r * count;
+        return operand < 0 || is_uniform(operand) ? operand : operand + r * count;
     };
     for (int r = 0; r < registers; ++r)
         for (int k = 0; k < count; ++k) {
             const ProgramNode& n = function.nodes[k];
-            if (n.op == Op::input) nodes_.push_back({n.op, n.a * registers + r, -1, -1, 0});
+            if (n.op == Op::input)
+                nodes_.push_back({n.op, function.inputs_are_numbers ? n.a : n.a * registers + r, -1, -1, 0});
+            else if (n.op == Op::constant)
+                nodes_.push_back({n.op, lane_in_register(n.a, r, int(function.type->lanes)), -1, -1, n.value});
             else nodes_.push_back({n.op, moved(n.a, r), moved(n.b, r), moved(n.c, r), n.value});
         }
     for (std::uint32_t o = 0; o < function.output_count; ++o)
         for (int r = 0; r < registers; ++r) outputs_.push_back(moved(function.outputs[o], r));
+}
+
+void UnrolledProgram::find_uniform_nodes(const FunctionDescription& function) {
+    for (std::uint32_t k = 0; k < function.node_count; ++k) {
+        const ProgramNode& n = function.nodes[k];
+        bool uniform = true;
+        if (n.op == Op::constant) uniform = n.a < 0;
+        else if (n.op == Op::input) uniform = function.inputs_are_numbers;
+        else
+            for (const int operand : {n.a, n.b, n.c}) uniform = uniform && (operand < 0 || is_uniform(operand));
+        uniform_.push_back(uniform);
+    }
 }
 
 void UnrolledProgram::find_needed_nodes() {
@@ -67,7 +93,7 @@ void UnrolledProgram::collect_calls(const FunctionDescription& function) {
     const ValueType& type = *function.type;
     const auto count = int(function.node_count);
     const auto nodes_in_all_registers = [&](int k, std::vector<int>& list) {
-        for (int r = 0; r < int(type.registers); ++r) {
+        for (int r = 0; r < (is_uniform(k) ? 1 : int(type.registers)); ++r) {
             list.push_back(k + r * count);
             call_of_[std::size_t(k + r * count)] = int(calls_.size());
         }

@@ -38,7 +38,7 @@ constexpr FusedIds fused_ids[] = {
 VectorAssembler::VectorAssembler(x86::Assembler& assembler, const ValueType& type)
     : a_(assembler), type_(type), number_size_(is_double() ? sizeof(double) : sizeof(float)),
       register_size_(std::max(16, value_size())), register_count_((type.isa == InstructionSet::avx512 ? 32 : 16) - 1),
-      constants_label_(assembler.newLabel()) {}
+      constants_label_(assembler.newLabel()), lane_constants_label_(assembler.newLabel()) {}
 
 x86::Vec VectorAssembler::reg(int r) const {
     const auto id = std::uint32_t(r);
@@ -65,18 +65,32 @@ x86::Mem VectorAssembler::constant(double value) {
     return number;
 }
 
+x86::Mem VectorAssembler::lane_constant(double value, int lane) {
+    const std::pair wanted{value, lane};
+    const auto found = std::find(lane_constants_.begin(), lane_constants_.end(), wanted);
+    const auto index = int(found - lane_constants_.begin());
+    if (found == lane_constants_.end()) lane_constants_.push_back(wanted);
+    return x86::ptr(lane_constants_label_, index * register_size_, std::uint32_t(register_size_));
+}
+
 void VectorAssembler::write_constants() {
+    const int lanes = register_size_ / number_size_;
+    const auto embed = [this](double value) {
+        const auto number = float(value);
+        if (is_double()) a_.embed(&value, sizeof value);
+        else a_.embed(&number, sizeof number);
+    };
     a_.align(asmjit::AlignMode::kData, 64);
     a_.bind(constants_label_);
-    const int copies = type_.isa == InstructionSet::avx512 ? 1 : register_size_ / number_size_;
     for (const double value : constants_)
-        for (int i = 0; i < copies; ++i) {
-            const auto number = float(value);
-            if (is_double()) a_.embed(&value, sizeof value);
-            else a_.embed(&number, sizeof number);
-        }
+        for (int i = 0; i < (type_.isa == InstructionSet::avx512 ? 1 : lanes); ++i) embed(value);
+    a_.align(asmjit::AlignMode::kData, 64);
+    a_.bind(lane_constants_label_);
+    for (const auto& [value, lane] : lane_constants_)
+        for (int i = 0; i < lanes; ++i) embed(i == lane ? value : 0);
     a_.align(asmjit::AlignMode::kData, 64);
     constants_.clear();
+    lane_constants_.clear();
 }
 
 void VectorAssembler::move(int d, int from) {
@@ -109,8 +123,19 @@ void VectorAssembler::load_constant(int d, double value) {
     x86::Mem from = constant(value);
     if (type_.isa != InstructionSet::avx512) return load_register(d, from);
     from.resetBroadcast();
-    if (register_size_ == 16 && is_double()) a_.emit(I::kIdVmovddup, reg(d), from);  // no 128-bit vbroadcastsd exists
-    else a_.emit(by_precision(I::kIdVbroadcastsd, I::kIdVbroadcastss), reg(d), from);
+    load_number(d, from);
+}
+
+void VectorAssembler::load_number(int d, const x86::Mem& from) {
+    if (is_sse()) {
+        a_.emit(by_precision(I::kIdMovsd, I::kIdMovss), reg(d), from);
+        if (is_double()) a_.emit(I::kIdUnpcklpd, reg(d), reg(d));
+        else a_.emit(I::kIdShufps, reg(d), reg(d), asmjit::imm(0));
+    } else if (register_size_ == 16 && is_double()) {
+        a_.emit(I::kIdVmovddup, reg(d), from);  // no 128-bit vbroadcastsd exists
+    } else {
+        a_.emit(by_precision(I::kIdVbroadcastsd, I::kIdVbroadcastss), reg(d), from);
+    }
 }
 
 void VectorAssembler::three_operands(Id avx, Id sse, int d, int a, const Operand& b) {

@@ -6,6 +6,7 @@
 
 #include <asmjit/x86.h>
 
+#include <utility>
 #include <vector>
 
 namespace kagero::compiler {
@@ -38,8 +39,12 @@ public:
     bool reads_values_from_memory() const { return type_.lanes > 1; }
 
     x86::Vec reg(int r) const;
+    int registers() const { return int(type_.registers); }
+    int number_size() const { return number_size_; }
     /// The memory operand of a constant.
     x86::Mem constant(double value);
+    /// The memory operand of a constant that only one lane has, while the other lanes are 0.
+    x86::Mem lane_constant(double value, int lane);
     /// Writes the constants after the code of a function.
     void write_constants();
 
@@ -49,6 +54,8 @@ public:
     void load_register(int d, const x86::Mem& from);
     void store_register(const x86::Mem& to, int from);
     void load_constant(int d, double value);
+    /// Loads one number into all lanes.
+    void load_number(int d, const x86::Mem& from);
 
     /// d = a op b. May change `scratch()` unless it is d.
     void binary(Binary op, int d, int a, const asmjit::Operand& b);
@@ -78,6 +85,8 @@ private:
     int number_size_, register_size_, register_count_;
     asmjit::Label constants_label_;
     std::vector<double> constants_;
+    asmjit::Label lane_constants_label_;
+    std::vector<std::pair<double, int>> lane_constants_;  ///< Values with their lanes.
 };
 
 }  // namespace kagero::compiler

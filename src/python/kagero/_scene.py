@@ -39,7 +39,8 @@ class Scene:
         if self._keys is None or not error.line or os.path.basename(error.file or "") != _DICT_NAME:
             return error
         # The column selects an element of a list, which the key does not name.
-        key = self._keys[error.line - 1] if error.line <= len(self._keys) else ""
+        is_whole_scene = (error.line, error.column) == (1, 1) and "the required key " in str(error)
+        key = self._keys[error.line - 1] if error.line <= len(self._keys) and not is_whole_scene else ""
         message = error.args[0].split(": ", 1)[-1]
         return InputError(f"{key or 'the scene'}: {message}", error.file, error.line, error.column, key or None)
 

@@ -20,7 +20,8 @@ def _values(key, values):
 
 
 def _is_space_number(key, values):
-    return (isinstance(key, str) and key.startswith("space.")
+    # The sets of a formula have plans of their own in any case; those with its constants have reasons of their own.
+    return (isinstance(key, str) and key.startswith("space.") and key.count(".") == 1
             and all(isinstance(value, numbers.Real) and not isinstance(value, bool) for value in values))
 
 

@@ -11,14 +11,6 @@ namespace {
 
 constexpr std::size_t flush_size = 1 << 16;  ///< Number of bytes that are collected before they are written.
 
-/// Returns a field of text, in quotes if it contains a comma, a quote or a line break.
-std::string csv_text(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + '"';
-}
-
 void append_vector(std::string& row, const double (&v)[3]) {
     for (const double x : v) {
         row += ',';
@@ -74,6 +66,13 @@ void flush(std::ostream& out, std::string& rows) {
 }
 
 }  // namespace
+
+std::string csv_text(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
 
 std::string reason_of(const Plan& plan, const RayEnd& end) {
     if (end.status == Status::failed) return why_failed(*plan.scene, plan.run.kernel->precision, end);

@@ -9,6 +9,9 @@
 
 namespace kagero {
 
+/// Returns a field of text, in quotes if it contains a comma, a quote or a line break.
+std::string csv_text(const std::string& text);
+
 /// Returns the reason why a ray failed or ended as `step_limit`; "" for other rays.
 std::string reason_of(const Plan& plan, const RayEnd& end);
 

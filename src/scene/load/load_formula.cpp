@@ -5,6 +5,7 @@
 
 #include "error.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kagero {
@@ -16,7 +17,7 @@ constexpr unsigned position_bits = 0b0000111, momentum_bits = 0b0111000, all_bit
 /// Parses the formula of a key. `allowed` contains the bits of the variables on which the formula may depend. Returns
 /// the index of its root.
 std::int32_t parse(FormulaScope& scope, const Value& value, const std::string& name, unsigned allowed = all_bits) {
-    const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.location});
+    const std::int32_t node = parse_formula(scope, {to_text(value, name), name, value.location, allowed});
     const unsigned forbidden = scope.variables[static_cast<std::size_t>(node)] & ~allowed;
     for (std::size_t i = 0; i < formula_variables.size(); ++i) {
         if (!((forbidden >> i) & 1)) continue;
@@ -131,6 +132,34 @@ FormulaDescription load_formula(const Section& section, const std::vector<std::s
     if (const Value* scale = find(section, "length_scale"))
         require_positive(*scale, full_name(section, "length_scale"), formula.scope, formula.parsed.length_scale);
     return formula;
+}
+
+FormulaDescription with_parameters(const FormulaDescription& formula, const std::vector<std::string>& names) {
+    FormulaDescription result = formula;
+    FormulaScope& scope = result.scope;
+    scope = formula_scope();
+    result.parsed = {nullptr, 0, -1, -1, -1, -1, -1, {-1, -1}, formula.parsed.level, formula.parsed.pt};
+    result.parsed.parameter_count = static_cast<std::uint32_t>(names.size());
+    for (const auto& [name, value] : formula.constants) {
+        if (name == "pt") continue;
+        const auto number = std::find(names.begin(), names.end(), name) - names.begin();
+        const bool is_parameter = std::size_t(number) < names.size();
+        define(scope, name,
+               is_parameter ? parameter_node(scope, std::int32_t(number), value) : number_node(scope, value),
+               formula.location);
+    }
+    for (const auto& [name, text] : formula.helpers)
+        define(scope, name, parse_helper(scope, {text, formula.table + ".let." + name, formula.location}),
+               formula.location);
+    const auto root = [&](const std::string& text, const char* key) {
+        return text.empty() ? -1 : parse_formula(scope, {text, formula.table + '.' + key, formula.location});
+    };
+    result.parsed.energy = root(formula.energy, "H");
+    result.parsed.domain = root(formula.domain, "domain");
+    result.far_domain_node = root(formula.far_domain, "far_domain");
+    result.parsed.capture = root(formula.capture, "capture");
+    result.parsed.length_scale = root(formula.length_scale, "length_scale");
+    return result;
 }
 
 std::optional<VelocityDescription> load_velocity(const Section& section, const std::string& key,

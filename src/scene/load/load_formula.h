@@ -11,6 +11,11 @@ namespace kagero {
 /// legal keys of the table that the caller reads.
 FormulaDescription load_formula(const Section& section, const std::vector<std::string>& other_keys);
 
+/// Returns the same formula with parameters in place of the named constants of its table `constants`. Parameter i is
+/// the constant names[i]; its value in the nodes is that of the constant. The parts H_A and H_B and integrator.rescale
+/// are left out.
+FormulaDescription with_parameters(const FormulaDescription& formula, const std::vector<std::string>& names);
+
 /// Reads an optional key whose value is a velocity: an array of three numbers or formulas in x y z. The formulas may
 /// use the names in [space.constants] and [space.let], which are then recorded as used.
 std::optional<VelocityDescription> load_velocity(const Section& section, const std::string& key,

@@ -50,9 +50,13 @@ function walk(ahead, aside, upward) {
   set('camera.position', add(value('camera.position'), move));
   set('camera.look_at', add(value('camera.look_at'), move));
 }
+const is_orthographic = () => scene.camera.type === 'orthographic';
+/// Returns the angle in degrees by which dragging over the height of the picture turns the view.
+const angle_of_height = () => scene.camera.type === 'perspective' ? value('camera.fov') : 60;
 function zoom(factor) {
-  const fov = value('camera.fov');
-  set('camera.fov', Math.max(0.5, Math.min(160, fov * factor)));
+  if (is_orthographic()) set('camera.height', value('camera.height') * factor);
+  else if (scene.camera.type === 'perspective')
+    set('camera.fov', Math.max(0.5, Math.min(160, value('camera.fov') * factor)));
 }
 
 // ---- requests for pictures ----
@@ -269,9 +273,15 @@ function build_controls() {
         c.key, c.name, c.value, range_of({...c, default: c.value, least: null, greatest: null}), 'constant')));
   }
   const choice = (name) => ({value: name, text: name});
+  element('camera').append(vector_control('camera.position', 'position'), vector_control('camera.look_at', 'look at'));
+  if (scene.camera.type === 'perspective')
+    element('camera').append(
+      number_control('camera.fov', 'field of view', scene.camera.fov, [1, 150], 'degrees, vertical, below 180'));
+  if (is_orthographic())
+    element('camera').append(number_control('camera.height', 'height', scene.camera.height,
+                                            [scene.camera.height / 20, 5 * scene.camera.height],
+                                            'height of the picture, a length above 0'));
   element('camera').append(
-    vector_control('camera.position', 'position'), vector_control('camera.look_at', 'look at'),
-    number_control('camera.fov', 'field of view', scene.camera.fov, [1, 150], 'degrees, vertical, below 180'),
     choice_control('observer', scene.camera.observers.map(choice), () => value('camera.observer'),
                    (name) => set('camera.observer', name)));
   element('display').append(
@@ -293,7 +303,7 @@ picture.addEventListener('pointermove', (event) => {
   if (!drag) return hover(event);
   const dx = event.clientX - drag.x, dy = event.clientY - drag.y;
   if (!drag.moved && Math.hypot(dx, dy) < 3) return;
-  const angle = value('camera.fov') * Math.PI / 180 / picture.clientHeight;
+  const angle = angle_of_height() * Math.PI / 180 / picture.clientHeight;
   drag = {x: event.clientX, y: event.clientY, moved: true};
   turn(dx * angle, dy * angle);
 });
@@ -338,7 +348,7 @@ function step_keys(now) {
   const seconds = Math.min(0.1, Math.max(0, now - last_frame) / 1000);
   last_frame = now;
   for (const name of held) {
-    const speed = 0.4 * distance() * seconds, angle = 0.6 * value('camera.fov') * Math.PI / 180 * seconds;
+    const speed = 0.4 * distance() * seconds, angle = 0.6 * angle_of_height() * Math.PI / 180 * seconds;
     if (name in walk_keys) walk(...walk_keys[name].map((x) => x * speed));
     else turn(...turn_keys[name].map((x) => x * angle));
   }

@@ -1,4 +1,4 @@
-#include "study/compared_kernels.h"
+#include "study/compare/compared_kernels.h"
 
 #include "error.h"
 #include "plan/names.h"

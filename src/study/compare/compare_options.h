@@ -21,6 +21,9 @@ struct CompareOptions {
     /// Bound on the pixel error, in pixels. Each kernel uses its cheapest method that meets the bound. 0: all kernels
     /// use the same method and step.
     double equal_error = 0;
+    /// The picture is reduced so that the comparison takes about this time in seconds; 0: it keeps its size. Without
+    /// effect with `equal_error`, whose search for methods takes longer.
+    double max_seconds = 0;
     unsigned rounds = 5;   ///< Number of timed runs of each kernel.
     unsigned threads = 1;  ///< Number of threads of each run.
 };

@@ -1,7 +1,7 @@
 /// The kernels that `compare` measures.
 #pragma once
 
-#include "study/compare_options.h"
+#include "study/compare/compare_options.h"
 
 namespace kagero {
 

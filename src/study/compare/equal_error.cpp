@@ -1,4 +1,4 @@
-#include "study/equal_error.h"
+#include "study/compare/equal_error.h"
 
 #include "accuracy/error_curves.h"
 #include "error.h"

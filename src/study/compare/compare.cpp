@@ -1,14 +1,16 @@
-#include "study/compare.h"
+#include "study/compare/compare.h"
 
 #include "accuracy/end_errors.h"
 #include "error.h"
 #include "plan/names.h"
 #include "scene/reader.h"
-#include "study/compared_kernels.h"
-#include "study/equal_error.h"
+#include "study/compare/compared_kernels.h"
+#include "study/compare/compared_plans.h"
+#include "study/compare/equal_error.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 
 namespace kagero {
@@ -38,6 +40,22 @@ std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines)
     return std::to_string(width) + "x" + std::to_string(lanes / width);
 }
 
+/// Sets CompareRow::flips and max_difference of a row from its picture and that of its baseline.
+void compare_films(const Film& expected, const Film& film, CompareRow& row) {
+    const auto differ = [&](const char* layer, std::size_t pixel) {
+        return expected.plane(layer)[pixel] != film.plane(layer)[pixel];
+    };
+    const float *expected_colors = expected.plane("color"), *colors = film.plane("color");
+    for (std::size_t pixel = 0; pixel < std::size_t(film.width()) * film.height(); ++pixel) {
+        if (differ("status", pixel) || differ("object", pixel)) {
+            ++row.flips;
+            continue;
+        }
+        for (std::size_t k = 3 * pixel; k < 3 * pixel + 3; ++k)
+            row.max_difference = std::max(row.max_difference, double(std::abs(expected_colors[k] - colors[k])));
+    }
+}
+
 /// Runs one comparison.
 class Comparer {
 public:
@@ -45,9 +63,9 @@ public:
              const std::atomic<bool>* stop)
         : options_(options), progress_(progress), stop_(stop), begin_(std::chrono::steady_clock::now()) {
         // The instruction set of the baseline comes first, because the other rows refer to its rows.
-        if (!options.baseline.empty()) add_plan(scene, options.baseline);
+        if (!options.baseline.empty()) add_plans(scene, options.baseline);
         for (const std::string& isa : options.isas)
-            if (isa != options.baseline) add_plan(scene, isa);
+            if (isa != options.baseline) add_plans(scene, isa);
     }
     Comparison run() {
         choose_rows();
@@ -57,6 +75,14 @@ public:
         result_.interrupted = stopped();
         return std::move(result_);
     }
+    /// Returns the time in seconds in which every row renders the picture once.
+    double seconds_per_round() {
+        choose_rows();
+        compare_pictures();
+        const auto begin = std::chrono::steady_clock::now();
+        measure_times(0);
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
 
 private:
     bool stopped() const { return stop_ && stop_->load(std::memory_order_relaxed); }
@@ -64,27 +90,36 @@ private:
         if (progress_)
             progress_(done, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count());
     }
-    /// Adds the plan of the scene for one instruction set. The first plan determines the remarks.
-    void add_plan(SceneDescription scene, const std::string& isa) {
-        scene.integrator.lanes = 0;
+    /// Adds the plans of the scene for one instruction set. The first plan determines the remarks.
+    void add_plans(const SceneDescription& scene, const std::string& isa) {
         Options options;
         options.isa = isa;
         options.threads = options_.threads;
-        plans_.push_back(make_plan(std::move(scene), options));
-        const Module& module = plans_.back().module();
+        for (ComparedPlan& compared : plans_for_comparison(scene, options, result_.left_out))
+            plans_.push_back(std::move(compared));
+        const Module& module = plans_.back().plan.module();
         result_.compiler = module.compiler;
         result_.flags.push_back({module.isa, module.flags});
-        if (plans_.size() > 1) return;
-        result_.remarks = plans_.front().remarks;
-        if (plans_.front().description().integrator.max_pixel_error > 0)
+        if (result_.flags.size() > 1) return;
+        const Plan& plan = plans_.front().plan;
+        result_.width = plan.description().film.width;
+        result_.height = plan.description().film.height;
+        result_.remarks = plan.remarks;
+        if (plan.description().integrator.max_pixel_error > 0)
             result_.remarks.push_back(
                 "integrator.max_pixel_error has no effect on `kagero compare`; use --equal-error to compare kernels at "
                 "equal error");
     }
     void choose_rows();
-    void add_rows_with_method(const Plan& plan, const std::string& method);
-    void add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates);
-    void add_rows_of_kernel(const Plan& plan, const Variant& variant, const std::string& baseline);
+    void add_rows_with_method(const ComparedPlan& compared, const std::string& method);
+    void add_rows_with_cheapest_methods(const ComparedPlan& compared, const Candidates& candidates);
+    void add_rows_of_kernel(const ComparedPlan& compared, const Variant& variant, const std::string& baseline);
+    std::vector<const KernelInfo*> kernels_of(const ComparedPlan& compared) const;
+    void leave_out(const ComparedPlan& compared, const KernelInfo& kernel, const std::string& method,
+                   const std::string& why);
+    bool is_baseline_row(const ComparedPlan& compared, const KernelInfo& kernel) const {
+        return !compared.supplements && is_baseline(compared.plan.module(), kernel, options_);
+    }
     void check_method(const Plan& plan, const std::string& method) const;
     RunReport render_row(const TimedRow& timed, Film& film) const;
     void compare_pictures();
@@ -95,7 +130,7 @@ private:
     const Progress& progress_;
     const std::atomic<bool>* stop_;
     const std::chrono::steady_clock::time_point begin_;
-    std::vector<Plan> plans_;
+    std::vector<ComparedPlan> plans_;
     std::vector<TimedRow> rows_;
     std::map<std::string, std::size_t> baselines_;  ///< Index of the newest baseline for each method.
     Comparison result_;
@@ -104,17 +139,37 @@ private:
 /// Adds the rows of all selected kernels and methods.
 void Comparer::choose_rows() {
     std::vector<const Module*> modules;
-    for (const Plan& plan : plans_) modules.push_back(&plan.module());
+    for (const ComparedPlan& compared : plans_)
+        if (!compared.supplements) modules.push_back(&compared.plan.module());
     check_selection(modules, options_);
     if (options_.equal_error > 0) {
-        const Candidates candidates = find_candidates(plans_.front(), options_.equal_error, stop_);
-        for (const Plan& plan : plans_) add_rows_with_cheapest_methods(plan, candidates);
+        const Candidates candidates = find_candidates(plans_.front().plan, options_.equal_error, stop_);
+        for (const ComparedPlan& compared : plans_) add_rows_with_cheapest_methods(compared, candidates);
         return;
     }
     auto methods = options_.methods;
-    if (methods.empty()) methods.push_back(plans_.front().method().name);
-    for (const Plan& plan : plans_)
-        for (const std::string& method : methods) add_rows_with_method(plan, method);
+    if (methods.empty()) methods.push_back(plans_.front().plan.method().name);
+    for (const ComparedPlan& compared : plans_)
+        for (const std::string& method : methods) add_rows_with_method(compared, method);
+}
+
+/// Returns the selected kernels of a plan. A supplement has only kernels for which machine code can be generated.
+std::vector<const KernelInfo*> Comparer::kernels_of(const ComparedPlan& compared) const {
+    std::vector<const KernelInfo*> kernels = compared_kernels(compared.plan.module(), options_);
+    if (compared.supplements)
+        std::erase_if(kernels, [&](const KernelInfo* kernel) { return !can_supplement(*kernel); });
+    return kernels;
+}
+
+/// Reports that a kernel is not compared, unless a supplement of its plan contains it.
+void Comparer::leave_out(const ComparedPlan& compared, const KernelInfo& kernel, const std::string& method,
+                         const std::string& why) {
+    const Module& module = compared.plan.module();
+    const bool is_supplemented = std::any_of(plans_.begin(), plans_.end(), [&](const ComparedPlan& other) {
+        return other.supplements && &other.plan.module() == &module;
+    });
+    if (is_supplemented && !compared.supplements && can_supplement(kernel)) return;
+    result_.left_out.push_back({describe_kernel(module, kernel) + (method.empty() ? "" : ", " + method), why});
 }
 
 /// Throws InputError if the method does not exist or does not support the space.
@@ -132,58 +187,55 @@ void Comparer::check_method(const Plan& plan, const std::string& method) const {
 }
 
 /// Adds the rows of the selected kernels, all with the same method.
-void Comparer::add_rows_with_method(const Plan& plan, const std::string& method) {
-    check_method(plan, method);
-    for (const KernelInfo* kernel : compared_kernels(plan.module(), options_)) {
+void Comparer::add_rows_with_method(const ComparedPlan& compared, const std::string& method) {
+    const Plan& plan = compared.plan;
+    if (!compared.supplements) check_method(plan, method);
+    for (const KernelInfo* kernel : kernels_of(compared)) {
         auto variant = find_variant(plan, method, *kernel, 0);
         if (!variant) {
-            const auto integrator =
-                find_variant(plan, method, Strategy::scalar, Precision::float64, 0)->method.integrator;
-            const char* why = refusal_of(*plan.scene, *kernel, {integrator, plan.run.method.rescaled});
-            result_.left_out.push_back({describe_kernel(plan.module(), *kernel) + ", " + method,
-                                        why ? why : "it does not support the method"});
+            leave_out(compared, *kernel, method, why_unsupported(plan, *kernel, method));
             continue;
         }
         const IntegratorDescription& scene = plan.description().integrator;
         variant->step = info_of(plan, *variant).adaptive ? plan.run.tolerance
                         : scene.step_location            ? kernel_step(plan, *variant, scene.step)
                                                          : equivalent_step(plan, *variant);
-        add_rows_of_kernel(plan, *variant, method);
+        add_rows_of_kernel(compared, *variant, method);
     }
 }
 
 /// Adds the rows of the selected kernels, each with the cheapest of the candidates for this kernel.
-void Comparer::add_rows_with_cheapest_methods(const Plan& plan, const Candidates& candidates) {
-    for (const KernelInfo* kernel : compared_kernels(plan.module(), options_)) {
+void Comparer::add_rows_with_cheapest_methods(const ComparedPlan& compared, const Candidates& candidates) {
+    const Plan& plan = compared.plan;
+    for (const KernelInfo* kernel : kernels_of(compared)) {
         if (stopped()) return;
         if (kernel->form == Form::gang && options_.lanes.empty()) {
-            result_.left_out.push_back(
-                {describe_kernel(plan.module(), *kernel),
-                 "a gang takes the same steps as its packets; to compare it, select it with --lanes"});
+            leave_out(compared, *kernel, "",
+                      "a gang takes the same steps as its packets; to compare it, select it with --lanes");
             continue;
         }
         const auto variant = cheapest_for(plan, *kernel, candidates, stop_);
         if (stopped()) return;
         if (variant) {
-            add_rows_of_kernel(plan, *variant, "");
-        } else if (is_baseline(plan.module(), *kernel, options_)) {
+            add_rows_of_kernel(compared, *variant, "");
+        } else if (is_baseline_row(compared, *kernel)) {
             throw RunError("--equal-error: no method in double precision meets this bound on the error; increase it");
         } else {
-            result_.left_out.push_back(
-                {describe_kernel(plan.module(), *kernel),
-                 "none of the methods that it supports meets the bound on the error"});
+            leave_out(compared, *kernel, "", "none of the methods that it supports meets the bound on the error");
         }
     }
 }
 
 /// Adds one row or two rows of the variant's kernel. Rows with the same text `baseline` share a baseline.
-void Comparer::add_rows_of_kernel(const Plan& plan, const Variant& variant, const std::string& baseline) {
+void Comparer::add_rows_of_kernel(const ComparedPlan& compared, const Variant& variant, const std::string& baseline) {
+    const Plan& plan = compared.plan;
     const KernelInfo& kernel = *variant.kernel;
-    if (is_baseline(plan.module(), kernel, options_)) baselines_[baseline] = rows_.size();
+    if (is_baseline_row(compared, kernel)) baselines_[baseline] = rows_.size();
     TimedRow timed{{}, plan_with_variant(plan, variant), baselines_.at(baseline), {}};
     CompareRow& row = timed.row;
     row.isa = plan.module().isa;
     row.kernel = &kernel;
+    row.code = code_of(*plan.scene);
     row.method = info_of(plan, variant).name;
     row.step = stated_step(plan, variant);
     row.solver_tolerance = variant.solver_tolerance >= 0 ? variant.solver_tolerance : plan.run.solver_tolerance;
@@ -192,7 +244,8 @@ void Comparer::add_rows_of_kernel(const Plan& plan, const Variant& variant, cons
     // The second row of a kernel measures packets that cover adjacent pixels of one row of the picture, as in Satoh
     // (2003). It is added only for kernels that support every space, and whose packets are not wider than a tile.
     constexpr std::uint32_t tile_width = 32;
-    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > tile_width || !plan.job().camera)
+    if (kernel.strategy != Strategy::packet || kernel.refusal || kernel.lanes > tile_width || !plan.job().camera ||
+        compared.supplements)
         return;
     timed.plan.run.scanlines = true;
     row.shape = shape_of(plan, kernel, true);
@@ -227,17 +280,7 @@ void Comparer::compare_pictures() {
             films.emplace(i, std::move(film));
             continue;
         }
-        const Film& expected = films.at(timed.baseline);
-        const auto value = [](const Film& f, const char* layer, std::size_t k) { return f.plane(layer)[k]; };
-        for (std::size_t k = 0; k < std::size_t(size.width) * size.height; ++k) {
-            const bool is_flip = value(expected, "status", k) != value(film, "status", k) ||
-                                 value(expected, "object", k) != value(film, "object", k);
-            if (is_flip) ++timed.row.flips;
-            for (std::size_t c = 0; !is_flip && c < 3; ++c)
-                timed.row.max_difference =
-                    std::max(timed.row.max_difference,
-                             double(std::abs(value(expected, "color", 3 * k + c) - value(film, "color", 3 * k + c))));
-        }
+        compare_films(films.at(timed.baseline), film, timed.row);
         report_progress(double(i + 1) / double(rows_.size() * (options_.rounds + 1)));
     }
 }
@@ -269,11 +312,35 @@ void Comparer::summarize(TimedRow& timed) {
     result_.rows.push_back(timed.row);
 }
 
+/// Returns the scene with a film of about the given number of pixels and the same aspect ratio.
+SceneDescription resized(SceneDescription scene, double pixels) {
+    const double factor = std::sqrt(pixels / (double(scene.film.width) * scene.film.height));
+    const auto scaled = [&](std::uint32_t size) { return std::max(1u, std::uint32_t(std::lround(factor * size))); };
+    scene.film.width = scaled(scene.film.width);
+    scene.film.height = scaled(scene.film.height);
+    return scene;
+}
+
+/// Returns the scene with a film that is so small that the comparison takes about options.max_seconds. The time is
+/// estimated from a comparison with a small film.
+SceneDescription with_affordable_film(const SceneDescription& scene, const CompareOptions& options,
+                                      const std::atomic<bool>* stop) {
+    constexpr double trial_pixels = 1024;
+    const double pixels = double(scene.film.width) * scene.film.height;
+    if (!(options.max_seconds > 0) || options.equal_error > 0 || pixels <= trial_pixels) return scene;
+    const SceneDescription small = resized(scene, trial_pixels);
+    const double small_pixels = double(small.film.width) * small.film.height,
+                 seconds_per_round = Comparer(small, options, {}, stop).seconds_per_round();
+    // One more round compares the pictures.
+    const double affordable = small_pixels * options.max_seconds / (seconds_per_round * (options.rounds + 1));
+    return affordable < pixels ? resized(scene, std::max(small_pixels, affordable)) : scene;
+}
+
 }  // namespace
 
 Comparison compare(const SceneDescription& scene, const CompareOptions& options, const Progress& progress,
                    const std::atomic<bool>* stop) {
-    return Comparer(scene, options, progress, stop).run();
+    return Comparer(with_affordable_film(scene, options, stop), options, progress, stop).run();
 }
 
 }  // namespace kagero

@@ -1,0 +1,37 @@
+/// Records of tile files: kind, size, content and checksum (tile_file.h describes the format).
+#pragma once
+
+#include "parts/bytes.h"
+
+#include <iosfwd>
+
+namespace kagero {
+
+enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
+
+/// Begins a record, to which its content is written. `size` is an estimate of the size of the content, for which memory
+/// is reserved.
+ByteWriter begin_record(RecordKind kind, std::size_t size);
+/// Completes a record and returns its bytes.
+std::string finish_record(ByteWriter record);
+
+enum class RecordState {
+    valid,
+    incomplete,  ///< The file ends before or within the record.
+    damaged      ///< The bytes are not those that were written.
+};
+
+/// The result of read_record. Kind and bytes are set only if the record is valid.
+struct Record {
+    RecordState state;
+    RecordKind kind{};
+    std::string bytes{};  ///< All bytes of the record.
+};
+Record read_record(std::istream& in);
+/// Returns the content of a valid record.
+std::string_view record_content(std::string_view bytes);
+
+/// Returns the number of bytes from the current position to the end of a file.
+std::uint64_t bytes_left(std::istream& in);
+
+}  // namespace kagero

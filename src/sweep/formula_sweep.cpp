@@ -66,7 +66,8 @@ ParameterPlan plan_with_parameters(const Plan& plan, const std::vector<SweptKey>
     scene->geometry = base.geometry;
     scene->space = {base.space.module, base.space.hamiltonian, {}};
     try {
-        scene->space.parameters = compile_formula(formula, base.module(), base.description.integrator.escape_radius);
+        scene->space.parameters = compile_formula(formula, base.module(), base.description.integrator.escape_radius,
+                                                  false);
     } catch (const InputError& error) {
         return {{}, error.what()};
     }

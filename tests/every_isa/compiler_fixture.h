@@ -65,8 +65,8 @@ void interpret(const formula::Code& code, const V* in, V* out) {
         constexpr int registers = ValueTraits<V>::registers;
         for (int r = 0; r < registers; r += 2) {
             const int second = std::min(r + 1, registers - 1);
-            Packet inputs[formula::Code::inputs], outputs[formula::Code::max_outputs];
-            for (int k = 0; k < formula::Code::inputs; ++k) {
+            Packet inputs[formula::Code::max_inputs], outputs[formula::Code::max_outputs];
+            for (int k = 0; k < code.inputs; ++k) {
                 inputs[k].v[0] = in[k].v[r];
                 inputs[k].v[1] = in[k].v[second];
             }

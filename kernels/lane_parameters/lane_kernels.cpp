@@ -2,6 +2,7 @@
 
 #include "all_hamiltonians.inc"
 #include "kernels/assertion.h"
+#include "kernels/formula/formula_kernel.h"
 #include "kernels/lane_parameters/lane_formula.h"
 #include "kernels/lane_parameters/lane_system.h"
 #include "kernels/trace/trace_entry.h"
@@ -31,20 +32,10 @@ constexpr LaneSpace lane_spaces[] = {
 constexpr std::uint32_t formula_space = std::size(lane_spaces);  ///< Index of the Hamiltonian `formula`.
 static_assert(LaneNumbers<PacketDouble>::max_parameters >= max_formula_parameters);
 
-/// Returns the kernel of formulas for lanes with different parameters, with or without kinks.
-const SpaceKernel<PacketDouble>& lane_formula_kernel(bool has_kinks) {
-    using System = LaneFormulaSystem<PacketDouble>;
-    static constexpr SpaceKernel<PacketDouble> smooth = detail::make_lane_kernel<System, PacketDouble>();
-    static constexpr SpaceKernel<PacketDouble> kinked = [] {
-        SpaceKernel<PacketDouble> kernel = smooth;
-        kernel.kinked = true;
-        kernel.switching_function = [](const SystemStorage& storage, const State<PacketDouble>& s) {
-            return detail::system_in<System>(storage).switching_function(s);
-        };
-        return kernel;
-    }();
-    return has_kinks ? kinked : smooth;
-}
+/// The kernels of formulas for lanes with different parameters.
+constexpr formula::FormulaKernels<PacketDouble> lane_formula_kernels =
+    formula::kernels_from<LaneFormulaSystem<PacketDouble>>(
+        detail::make_lane_kernel<LaneFormulaSystem<PacketDouble>, PacketDouble>());
 
 /// Traces the rays of one packet, whose lanes have the given sets of parameters. `job` is the job of the packet.
 void trace_packet(Job& job, const double* parameters, const Tile& tile, RayEnd* ends, Counters& counters) {
@@ -53,7 +44,7 @@ void trace_packet(Job& job, const double* parameters, const Tile& tile, RayEnd* 
         const LaneNumbers<PacketDouble> numbers(job.lane_sets, programs.parameters);
         LaneFormula<PacketDouble> formula(programs, numbers.numbers);
         job.parameters = reinterpret_cast<const double*>(&formula);
-        trace_with(lane_formula_kernel(programs.has_kinks), false, job, tile, ends, counters);
+        trace_with(lane_formula_kernels.of(programs), false, job, tile, ends, counters);
     } else {
         const LaneSpace& space = lane_spaces[job.hamiltonian];
         const LaneNumbers<PacketDouble> numbers(job.lane_sets, space.parameter_count);
@@ -80,7 +71,7 @@ void trace_sweep(const Job* job, const Tile* tile, RayEnd* ends, Counters* count
 const char* sweep_refusal(const SpaceAndMethod* c) {
     const int kind = static_cast<int>(methods[c->integrator].kind);
     if (c->straight) return "straight rays are traced in closed form, without lanes of different parameters";
-    if (c->hamiltonian == formula_space) return lane_formula_kernel(false).refusal[kind];
+    if (c->hamiltonian == formula_space) return lane_formula_kernels.smooth.refusal[kind];
     const LaneSpace& space = lane_spaces[c->hamiltonian];
     if (c->rescaled != space.rescaled)
         return "this kernel is compiled only with the time rescaling that the Hamiltonian declares";

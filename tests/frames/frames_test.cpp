@@ -142,7 +142,7 @@ TEST_F(Frames, RefuseOptionsThatExcludeThem) {
     expect("film.toml --frames 0:2 --part 1/2", "--frames A+I-1:B:N");
     expect("film.toml --frames 0:2 --pixel 1,1", "leave --frames out");
     expect("film.toml --frames 0:10", "frames 0 to 8");
-    expect("film.toml --frames 0:9 -D 'animation.set.\"camera.fov\"=\"50-10*frame\"' -o a-%d.exr", "(in frame 8 of");
+    expect("film.toml --frames 0:9 -D 'animation.set.\"camera.fov\"=\"50-10*frame\"' -o a-%d.exr", "(in frame 5 of");
     expect("film.toml --frames 0:2147483649 -o a-%d.exr", "'0:2147483649' is beyond 2147483648");
     expect(
         "film.toml -D animation.frames=40 --frames 0:40 -D 'animation.set.\"camera.fov\"=\"50+0/(frame-17)\"' "

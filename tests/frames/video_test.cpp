@@ -109,7 +109,7 @@ TEST_F(Video, IsRefusedWhereItCannotBeWritten) {
     expect("--frames 0:9 -o a.mp4 --resume", "--resume cannot continue a film");
     expect("--frames 0:9 -o a.webm --maps --layers color,steps", "--maps writes pictures beside pictures");
     expect("--frames 0:9 -o a.mp4 --layers steps", "a film shows the layer 'color'");
-    expect("-o a.mp4", "is a film; state its frames, such as --frames 0:240");
+    expect("-o a.mp4", "is a film; state its frames, such as --frames 0:9");
 }
 
 }  // namespace

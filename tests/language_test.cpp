@@ -43,7 +43,11 @@ std::vector<fs::path> files() {
 
 std::string repository_path(const fs::path& path) { return fs::relative(path, KAGERO_SOURCE).generic_string(); }
 
-std::string trimmed(const std::string& text) { return std::regex_replace(text, std::regex(R"(^\s+|\s+$)"), ""); }
+std::string trimmed(const std::string& text) {
+    constexpr const char* space = " \t\r\n";
+    const std::size_t first = text.find_first_not_of(space);
+    return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(space) - first + 1);
+}
 
 /// Returns the comments of C++ text, with consecutive lines joined, and its string literals that contain a space.
 std::vector<Prose> prose_of_program(const std::string& path, const std::string& text) {
@@ -57,7 +61,8 @@ std::vector<Prose> prose_of_program(const std::string& path, const std::string& 
             last_line = 0;
             continue;
         }
-        const std::string comment = trimmed(std::regex_replace(fragment.text, std::regex("^/[/*]+<?"), ""));
+        static const std::regex mark("^/[/*]+<?");
+        const std::string comment = trimmed(std::regex_replace(fragment.text, mark, ""));
         if (last_line != 0 && fragment.line == last_line + 1) all.back().text += " " + comment;
         else all.push_back({path, fragment.line, comment});
         last_line = comment.empty() ? 0 : fragment.line;

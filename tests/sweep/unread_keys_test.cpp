@@ -19,7 +19,6 @@ hamiltonian = "schwarzschild"
 rg = 0.5
 [integrator]
 escape_radius = 40
-
 [camera]
 position = [0, -12, 3]
 look_at = [0, 0, 0]
@@ -28,7 +27,6 @@ up = [0, 0, 1]
 size = [64, 48]
 [sky]
 checker = true
-
 [[object]]
 name = "disk"
 shape = "disk"
@@ -36,20 +34,18 @@ center = [0, 0, 0]
 inner = 2
 outer = 6
 temperature = 4500
-
-[[object]]
+)"
+                              R"([[object]]
 name = "ball"
 shape = "sphere"
 center = [3, 3, 2]
 radius = 1.5
-
 [[object]]
 name = "left wall"
 shape = "rectangle"
 origin = [-8, -8, -8]
 edge_u = [0, 16, 0]
 edge_v = [0, 0, 16]
-
 [animation]
 frames = 24
 [animation.set]

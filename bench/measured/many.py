@@ -8,7 +8,7 @@ import statistics
 import subprocess
 import time
 
-from .claims import Claim
+from .claim import Claim
 from .program import SCENES, Spread
 
 SIZE = ("--size", "2048x2048")

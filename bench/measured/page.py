@@ -78,7 +78,7 @@ def write(path, data, name, causes, others):
         *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape"
                  " and of hand-written gradients, Table 1 of Satoh (2003), and the list of all commands. "
                  "`bench/performance --only WORD` repeats the measurements whose name contains WORD. The names are"
-                 " those of the functions in `bench/measured/claims.py`. Measurements of other machines, or of earlier"
+                 " those of the functions in `bench/measured`. Measurements of other machines, or of earlier"
                  " commits:"), ""]
     for other in others:
         lines += wrapped(f"- [{other['file']}](performance/{other['file']}): {other['machine']}; {other['isa']}; "

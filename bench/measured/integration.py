@@ -159,8 +159,8 @@ def whole_steps(program, _):
     printed = [max(step("as_printed", m, v)["s/step"] / step("by_hand", m, v)["s/step"] for m in methods)
                for v in ("one_register", "packet")]
     shares = [100 * step("rescaled", m)["of_peak"] for m in methods]
-    bare = Claim("bare", "render ÷ integrator alone, time per gradient, `verlet` / `gauss8`", [1.25, 1.15], [1.10, 1.08],
-                 [], "", False)
+    bare = Claim("bare", "render ÷ integrator alone, time per gradient, `verlet` / `gauss8`", [1.25, 1.15],
+                 [1.10, 1.08], [], "", False)
     spreads = []
     for method, length in zip(methods, (0.1, 0.5)):
         arguments = (*DOUBLE, "--integrator", method, "--step", length)

@@ -40,8 +40,8 @@ def packet_over_scalar(program, tables):
                             f"{milliseconds(rows[0])}; {milliseconds(rows[1])}; float packet ÷ scalar float "
                             f"{rows[1]['speedup'] / scalar_float:.2f}",
                             share=[general_share(program, p, *arguments) for p in ("double", "float")]))
-    claims.append(Claim("tracing-peak", "tracing of the room with `verlet`, double, % of the peak of multiply-adds", [45],
-                        [60], claims[0].share[:1], "operations are counted in the programs", form="{:.0f}"))
+    claims.append(Claim("tracing-peak", "tracing of the room with `verlet`, double, % of the peak of multiply-adds",
+                        [45], [60], claims[0].share[:1], "operations are counted in the programs", form="{:.0f}"))
     return claims
 
 

@@ -46,16 +46,6 @@ HamiltonianInfo integrated_properties(const Scene& scene) {
     return info;
 }
 
-/// Returns the name of the first method that supports the space and integrates the separated motion, or else the motion
-/// in the orbit plane; null if there is none.
-const char* supported_angular_method(const Scene& scene, bool separated) {
-    for (std::uint32_t i = 0; i < scene.module().integrator_count; ++i) {
-        const IntegratorInfo& info = scene.module().integrators[i];
-        if (info.angular && info.separated == separated && !refusal_of(scene, i, false)) return info.name;
-    }
-    return nullptr;
-}
-
 /// Returns true if the integrated Hamiltonian has the form |p|²/2 + V(q). The Nyström methods, which are the methods
 /// with `drift_kick`, support only this form.
 bool is_separable(const Scene& scene, const RunConfig& run) {
@@ -240,6 +230,10 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
     }
     const std::string why_no_map = why_not_only_sky(scene.description);
     list.add(why_no_map.empty(), "map over all directions in `kagero view`, which turning views use again", why_no_map);
+    const std::string why_no_family = why_no_map.empty() ? why_no_orbit_family(scene) : why_no_map;
+    list.add(why_no_family.empty(),
+             "family of orbits in `kagero view`: rays by their angle to the line to the centre, instead of that map",
+             why_no_family);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),
              scene.description.space.formula || !scene.programs.empty()

@@ -300,6 +300,14 @@ const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescal
     return scene.module().refusal(scene.space.hamiltonian, integrator, rescaled);
 }
 
+const char* supported_angular_method(const Scene& scene, bool separated) {
+    for (std::uint32_t i = 0; i < scene.module().integrator_count; ++i) {
+        const IntegratorInfo& info = scene.module().integrators[i];
+        if (info.angular && info.separated == separated && !refusal_of(scene, i, false)) return info.name;
+    }
+    return nullptr;
+}
+
 std::string why_failed(const Scene& scene, Precision precision, Failure failure) {
     const auto& formula = scene.description.space.formula;
     const bool is_spacetime = formula ? formula->parsed.pt != 0 : scene.space.info().spacetime;

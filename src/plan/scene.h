@@ -114,6 +114,10 @@ StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled);
 /// formula or Ω, because these contain the rescaling.
 const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescaled);
 
+/// Returns the name of the first method that supports the space and integrates the separated motion, or else the motion
+/// in the orbit plane; null if there is none.
+const char* supported_angular_method(const Scene& scene, bool separated);
+
 /// Returns the reason why a ray failed, with the keys of this scene that may be the cause.
 std::string why_failed(const Scene& scene, Precision precision, Failure failure);
 /// Returns the reason why this ray failed. It contains the values of H at a jump.

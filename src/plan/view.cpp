@@ -216,6 +216,13 @@ double pixel_size(const SceneDescription& scene, double distance) {
     return distance * 2 * std::tan(scene.camera.fov * std::numbers::pi / 360) / rows;
 }
 
+std::string why_no_orbit_family(const Scene& scene) {
+    if (!supported_angular_method(scene, false)) return "the space is not spherical, or is a formula";
+    if (scene.description.camera.velocity) return "camera.velocity need not be along the line to the centre";
+    if (scene.description.space.sky_frame) return "the distant observers of space.sky_frame move";
+    return "";
+}
+
 Failure make_observer_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map) {
     const bool ingoing = starts_ingoing(scene.space, scene.limits.chart_radius, observer, q);
     const Failure failure = scene.space.observe(observer, q, ingoing, map);

@@ -163,7 +163,7 @@ void PictureMaker::choose_reduction(ViewState& state) {
 void PictureMaker::draw_from_map(const ViewState& state, LivePicture& picture) {
     const std::string rays = keys_of_rays(state);
     const bool keeps_map = map_ && map_rays_ == rays;
-    if (!keeps_map) map_ = std::make_unique<DirectionMap>();
+    if (!keeps_map) map_ = new_sky_map(*picture.plan);
     map_rays_ = rays;
     MapPicture drawn = picture_from_map(*picture.plan, *map_);
     picture.rgb = std::move(drawn.rgb);
@@ -172,7 +172,9 @@ void PictureMaker::draw_from_map(const ViewState& state, LivePicture& picture) {
     picture.shade_seconds = drawn.shade_seconds;
     picture.interpolation_p99 = drawn.p99_error;
     picture.interpolation_max = drawn.max_error;
-    picture.reuse += keeps_map ? ", ends of rays from the map of directions" : ", a new map of directions";
+    const bool is_family = std::holds_alternative<OrbitFamily>(*map_);
+    const std::string name = is_family ? "family of orbits" : "map of directions";
+    picture.reuse += keeps_map ? ", ends of rays from the " + name : ", a new " + name;
 }
 
 void PictureMaker::render_film(LivePicture& picture, double seconds, const std::atomic<bool>& stop) {

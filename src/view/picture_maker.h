@@ -8,6 +8,7 @@
 #include "view/view_state.h"
 
 #include <atomic>
+#include <optional>
 
 namespace kagero {
 
@@ -74,7 +75,7 @@ private:
     std::vector<KeptPlan> kept_plans_;    ///< The last plans of this kind; the last one was made last.
     std::shared_ptr<const Plan> latest_;  ///< The last plan of a moving picture.
     std::string latest_rays_;             ///< Its keys that determine the rays from a position.
-    std::unique_ptr<DirectionMap> map_;
+    std::optional<SkyMap> map_;
     std::string map_rays_;   ///< The keys that determine the rays of the map.
     LivePicture last_full_;  ///< The last whole picture, with the keys that determine its light.
     std::string last_full_light_;

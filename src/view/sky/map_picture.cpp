@@ -33,12 +33,12 @@ struct PixelDirections {
 std::vector<std::uint32_t> visible_blocks(const PixelDirections& directions, std::uint32_t width,
                                           std::uint32_t height) {
     constexpr std::uint32_t spacing = 4;
-    std::vector<char> is_visible(DirectionMap::block_count);
+    std::vector<char> is_visible(block_count);
     for (std::uint32_t y = 0; y < height + spacing; y += spacing)
         for (std::uint32_t x = 0; x < width + spacing; x += spacing)
             is_visible[cube_point(directions(std::min(x, width - 1), std::min(y, height - 1))).block] = 1;
     std::vector<std::uint32_t> blocks;
-    for (std::uint32_t i = 0; i < DirectionMap::block_count; ++i)
+    for (std::uint32_t i = 0; i < block_count; ++i)
         if (is_visible[i]) blocks.push_back(i);
     return blocks;
 }
@@ -71,25 +71,31 @@ struct ErrorCounts {
 
 /// What one thread finds in its rows.
 struct BandResults {
-    CubeRow points;  ///< Scratch memory for one row.
     std::vector<SinglePixel> singles;
     ErrorCounts errors;
 };
 
-/// Computes rows of a picture.
+/// Computes rows of a picture from a map, which is a DirectionMap or an OrbitFamily.
+template <class Map>
 class RowShader {
 public:
-    RowShader(const Plan& plan, const DirectionMap& map, std::vector<unsigned char>& rgb)
+    /// Memory for one row.
+    struct Scratch {
+        typename Map::Row directions;
+        SkyRow sky;
+    };
+
+    RowShader(const Plan& plan, const Map& map, std::vector<unsigned char>& rgb)
         : plan_(plan), map_(map), directions_{plan.view.camera}, pixel_(pixel_size(plan.description(), 1)),
           inverse_pixel_(float(1 / pixel_)), colors_(plan), rgb_(rgb) {}
 
-    void shade(std::uint32_t y, SkyRow& row, BandResults& results) const {
+    void shade(std::uint32_t y, Scratch& scratch, BandResults& results) const {
         const std::uint32_t width = plan_.description().film.width;
-        row.resize(width);
+        scratch.sky.resize(width);
         const auto& right = plan_.view.camera.right;
-        results.points.set(directions_(0, y), {right[0], right[1], right[2]}, width);
-        for (std::uint32_t x = 0; x < width; ++x) interpolate(x, y, row, results);
-        colors_.shade(row, &rgb_[std::size_t(3) * y * width]);
+        map_.set_row(scratch.directions, directions_(0, y), {right[0], right[1], right[2]}, width);
+        for (std::uint32_t x = 0; x < width; ++x) interpolate(x, y, scratch, results);
+        colors_.shade(scratch.sky, &rgb_[std::size_t(3) * y * width]);
     }
     /// Colours the pixels whose rays were traced.
     void shade_singles(const std::vector<SinglePixel>& pixels, const std::vector<SkyEnd>& ends) const {
@@ -106,27 +112,11 @@ public:
     Double3 direction(const SinglePixel& pixel) const { return directions_(pixel.x, pixel.y); }
 
 private:
-    void interpolate(std::uint32_t x, std::uint32_t y, SkyRow& row, BandResults& results) const {
-        const CubePoint point = results.points[x];
-        const MapBlock& block = map_.block(point.block);
-        constexpr float unknown_footprint = 0.5f;
-        if (block.cells == 0) return postpone({x, y, unknown_footprint}, row, results);
-        const float cells = float(block.cells), s = point.s * cells, t = point.t * cells;
-        const std::uint32_t column = std::min(std::uint32_t(s), block.cells - 1),
-                            line = std::min(std::uint32_t(t), block.cells - 1), cell = line * block.cells + column;
-        const float footprint = block.magnification[cell] * float(pixel_) * point.inverse_depth,
-                    error = block.error[cell] * inverse_pixel_;
-        if (!(error <= float(max_map_error))) return postpone({x, y, footprint}, row, results);
-        const SkyEnd* const upper = &block.corners[line * (block.cells + 1) + column];
-        const SkyEnd* const lower = upper + block.cells + 1;
-        const float right = s - float(column), down = t - float(line), lower_right = right * down,
-                    upper_right = right - lower_right, lower_left = down - lower_right,
-                    upper_left = 1 - right - lower_left;
-        std::array<float, 3> direction;
-        for (std::size_t k = 0; k < 3; ++k)
-            direction[k] = upper_left * upper[0].direction[k] + upper_right * upper[1].direction[k] +
-                           lower_left * lower[0].direction[k] + lower_right * lower[1].direction[k];
-        row.set(x, direction, footprint, upper->kind);
+    void interpolate(std::uint32_t x, std::uint32_t y, Scratch& scratch, BandResults& results) const {
+        const MapEnd end = map_.end_at(scratch.directions, x);
+        const float footprint = end.magnification * float(pixel_), error = end.error * inverse_pixel_;
+        if (!(error <= float(max_map_error))) return postpone({x, y, footprint}, scratch.sky, results);
+        scratch.sky.set(x, end.direction, footprint, end.kind);
         results.errors.add(error);
     }
     /// Leaves a pixel black until its ray is traced.
@@ -136,7 +126,7 @@ private:
     }
 
     const Plan& plan_;
-    const DirectionMap& map_;
+    const Map& map_;
     PixelDirections directions_;
     double pixel_;
     float inverse_pixel_;
@@ -145,15 +135,16 @@ private:
 };
 
 /// Shades all rows on the plan's threads and returns what they have found.
-BandResults shade_rows(const Plan& plan, const RowShader& shader) {
+template <class Map>
+BandResults shade_rows(const Plan& plan, const RowShader<Map>& shader) {
     const std::uint32_t height = plan.description().film.height;
     std::vector<BandResults> results(plan.run.threads);
     std::atomic<std::uint32_t> next{0};
     run_on_threads(plan.run.threads, [&](unsigned thread) {
-        SkyRow row;
+        typename RowShader<Map>::Scratch scratch;
         for (std::uint32_t y; (y = next.fetch_add(rows_per_band)) < height;)
             for (std::uint32_t i = y; i < std::min(y + rows_per_band, height); ++i)
-                shader.shade(i, row, results[thread]);
+                shader.shade(i, scratch, results[thread]);
     });
     BandResults all;
     for (const BandResults& result : results) {
@@ -163,19 +154,34 @@ BandResults shade_rows(const Plan& plan, const RowShader& shader) {
     return all;
 }
 
-}  // namespace
+constexpr double first_cell = 8;  ///< Greatest width of the first cells of a map, in pixels.
 
-MapPicture picture_from_map(const Plan& plan, DirectionMap& map) {
-    const auto begin = std::chrono::steady_clock::now();
+/// Refines the part of a map that the picture shows. The width of cells that are not refined further is about that of a
+/// pixel, because each ray beside an edge of the shadow serves one pixel.
+void refine(const Plan& plan, DirectionMap& map) {
+    constexpr double least_cell = 1.5;  // pixels
     const FilmDescription& film = plan.description().film;
-    const double pixel = pixel_size(plan.description(), 1), earlier_seconds = map.seconds();
-    const std::uint64_t earlier_rays = map.rays();
-    constexpr double first_cell = 8, least_cell = 1.5;  // pixels
+    const double pixel = pixel_size(plan.description(), 1);
     map.refine(plan, visible_blocks({plan.view.camera}, film.width, film.height), max_map_error * pixel,
                first_cell * pixel, least_cell * pixel);
+}
+/// Refines a family of orbits. Its cells may be narrower than pixels, because each ray serves a circle of pixels.
+void refine(const Plan& plan, OrbitFamily& family) {
+    constexpr double least_cell = 0.02;  // pixels
+    const double pixel = pixel_size(plan.description(), 1);
+    family.refine(plan, max_map_error * pixel, first_cell * pixel, least_cell * pixel);
+}
+
+template <class Map>
+MapPicture picture_of(const Plan& plan, Map& map) {
+    const auto begin = std::chrono::steady_clock::now();
+    const FilmDescription& film = plan.description().film;
+    const double earlier_seconds = map.seconds();
+    const std::uint64_t earlier_rays = map.rays();
+    refine(plan, map);
     MapPicture picture;
     picture.rgb.resize(std::size_t(3) * film.width * film.height);
-    const RowShader shader(plan, map, picture.rgb);
+    const RowShader<Map> shader(plan, map, picture.rgb);
     const BandResults results = shade_rows(plan, shader);
     std::vector<Double3> directions;
     for (const SinglePixel& single : results.singles) directions.push_back(shader.direction(single));
@@ -187,6 +193,17 @@ MapPicture picture_from_map(const Plan& plan, DirectionMap& map) {
     picture.p99_error = results.errors.quantile(0.99);
     picture.shade_seconds = Seconds(std::chrono::steady_clock::now() - begin).count() - picture.trace_seconds;
     return picture;
+}
+
+}  // namespace
+
+SkyMap new_sky_map(const Plan& plan) {
+    if (OrbitFamily::contains_rays_of(plan)) return OrbitFamily(plan);
+    return DirectionMap();
+}
+
+MapPicture picture_from_map(const Plan& plan, SkyMap& map) {
+    return std::visit([&](auto& each) { return picture_of(plan, each); }, map);
 }
 
 }  // namespace kagero

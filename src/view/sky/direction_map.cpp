@@ -9,8 +9,8 @@ namespace {
 
 constexpr float infinite = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t least_cells = 4, most_cells = 128;
-/// Number of corners beyond which the map is emptied: about 100 MB.
-constexpr std::uint64_t most_corners = 5'000'000;
+/// Number of corners beyond which the map is emptied: about 40 MB.
+constexpr std::uint64_t most_corners = 2'000'000;
 
 using Float3 = std::array<float, 3>;
 

@@ -33,7 +33,7 @@ std::vector<Double3> random_directions(std::size_t count) {
 TEST(DirectionMap, FindsThePointOfADirection) {
     for (const Double3& d : random_directions(10000)) {
         const CubePoint point = cube_point(d);
-        ASSERT_LT(point.block, block_count);
+        ASSERT_LT(point.block, map_block_count);
         const Double3 found = direction_of(point.block, point.s, point.t);
         for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(found[k], d[k] * point.inverse_depth, 1e-6);
     }
@@ -62,7 +62,7 @@ TEST(DirectionMap, FindsThePointsOfARow) {
 TEST(DirectionMap, HasBlocksWithoutGaps) {
     for (const Double3& d :
          {Double3{1, 1, 1}, Double3{-1, 1, -1}, Double3{1, -1, 0}, Double3{0, 0, -1}, Double3{1, 0, 0}})
-        EXPECT_LT(cube_point(d).block, block_count);
+        EXPECT_LT(cube_point(d).block, map_block_count);
 }
 
 // The directions that are interpolated in the middle of cells are compared with traced rays.
@@ -72,7 +72,7 @@ TEST(DirectionMap, EstimatesItsError) {
         constexpr double max_error = 1e-3, width = 0.05;
         DirectionMap map;
         std::vector<std::uint32_t> blocks;
-        for (std::uint32_t i = 0; i < block_count; i += 7) blocks.push_back(i);
+        for (std::uint32_t i = 0; i < map_block_count; i += 7) blocks.push_back(i);
         map.refine(plan, blocks, max_error, width, 0.004);
         std::vector<Double3> directions;
         std::vector<std::array<double, 4>> interpolated;

@@ -62,7 +62,7 @@ float magnification_of_cell(const Corners& corners, std::uint32_t row, std::uint
     constexpr float large = 100;
     const SkyEnd &a = corners.at(row, column), &b = corners.at(row, column + 1), &c = corners.at(row + 1, column);
     if (!corners.have_same_kind(row, column) || !a.reaches_sky()) return large;
-    const float inverse = float(corners.block.cells / block_width);
+    const float inverse = float(corners.block.cells / map_block_width);
     const float first = inverse * distance_of(a.direction, b.direction),
                 second = inverse * distance_of(a.direction, c.direction);
     return mean_magnification(first, second);
@@ -82,7 +82,7 @@ void set_cells(MapBlock& block) {
 /// Returns the number of cells along an edge of a new block: a power of two with cells that are narrow enough.
 std::uint32_t first_cells(double first_width) {
     std::uint32_t cells = least_cells;
-    while (cells < most_cells && block_width / cells > first_width) cells *= 2;
+    while (cells < most_cells && map_block_width / cells > first_width) cells *= 2;
     return cells;
 }
 
@@ -104,7 +104,7 @@ void divide(MapBlock& block, std::uint32_t first, std::vector<std::uint32_t>& mi
 }  // namespace
 
 void CubeRow::set(const Double3& first, const Double3& step, std::uint32_t count) {
-    constexpr float half = 0.5f * blocks_per_edge, last = 2 * half * (1 - 0x1p-24f);
+    constexpr float half = 0.5f * map_blocks_per_edge, last = 2 * half * (1 - 0x1p-24f);
     face.resize(count);
     for (auto* numbers : {&s, &t, &inverse_depth}) numbers->resize(count);
     const float begin[3] = {float(first[0]), float(first[1]), float(first[2])},
@@ -127,11 +127,11 @@ void CubeRow::set(const Double3& first, const Double3& step, std::uint32_t count
 }
 
 Double3 direction_of(std::uint32_t block, double s, double t) {
-    const std::uint32_t column = block % blocks_per_edge, rest = block / blocks_per_edge,
-                        row = rest % blocks_per_edge, face = rest / blocks_per_edge,
+    const std::uint32_t column = block % map_blocks_per_edge, rest = block / map_blocks_per_edge,
+                        row = rest % map_blocks_per_edge, face = rest / map_blocks_per_edge,
                         axis = face / 2;
-    const double first = (column + s) * block_width - 1,
-                 second = (row + t) * block_width - 1;
+    const double first = (column + s) * map_block_width - 1,
+                 second = (row + t) * map_block_width - 1;
     Double3 direction{};
     direction[axis] = face % 2 == 0 ? 1 : -1;
     direction[axis == 0 ? 1 : 0] = first;
@@ -162,14 +162,14 @@ void DirectionMap::trace(const Plan& plan, const std::vector<std::uint32_t>& blo
 void DirectionMap::refine(const Plan& plan, const std::vector<std::uint32_t>& blocks, double max_error,
                           double first_width, double least_width) {
     if (corner_count_ > most_corners) {
-        blocks_.assign(block_count, {});
+        blocks_.assign(map_block_count, {});
         corner_count_ = 0;
     }
     for (;;) {
         std::vector<std::uint32_t> coarse;
         for (const std::uint32_t index : blocks) {
             const MapBlock& block = blocks_[index];
-            const bool can_refine = block.cells < most_cells && block_width / block.cells > least_width;
+            const bool can_refine = block.cells < most_cells && map_block_width / block.cells > least_width;
             const bool is_inexact =
                 std::any_of(block.error.begin(), block.error.end(), [&](float error) { return error > max_error; });
             const bool is_coarse = block.cells == 0 || (can_refine && is_inexact);

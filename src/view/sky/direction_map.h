@@ -33,12 +33,12 @@ struct MapBlock {
 };
 
 /// The blocks of the map: on each face, whose half-width is 1, and in all.
-inline constexpr std::uint32_t blocks_per_edge = 16, block_count = 6 * blocks_per_edge * blocks_per_edge;
-inline constexpr double block_width = 2.0 / blocks_per_edge;
+inline constexpr std::uint32_t map_blocks_per_edge = 16, map_block_count = 6 * map_blocks_per_edge * map_blocks_per_edge;
+inline constexpr double map_block_width = 2.0 / map_blocks_per_edge;
 
 /// Returns the point for a direction of any length. Inlined, because it is called for every pixel.
 inline CubePoint cube_point(const Double3& d) {
-    constexpr double edge = blocks_per_edge, below_edge = edge * (1 - 1e-9);
+    constexpr double edge = map_blocks_per_edge, below_edge = edge * (1 - 1e-9);
     const double x = std::abs(d[0]), y = std::abs(d[1]), z = std::abs(d[2]);
     const std::uint32_t axis = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
     const double inverse = 1 / std::abs(d[axis]), first = axis == 0 ? d[1] : d[0], second = axis == 2 ? d[1] : d[2],
@@ -46,7 +46,7 @@ inline CubePoint cube_point(const Double3& d) {
                  t = std::clamp((second * inverse + 1) * (0.5 * edge), 0.0, below_edge);
     const auto column = static_cast<std::uint32_t>(s), row = static_cast<std::uint32_t>(t);
     const std::uint32_t face = 2 * axis + (d[axis] < 0);
-    return {(face * blocks_per_edge + row) * blocks_per_edge + column, float(s - column),
+    return {(face * map_blocks_per_edge + row) * map_blocks_per_edge + column, float(s - column),
             float(t - row), float(inverse)};
 }
 
@@ -62,7 +62,7 @@ struct CubeRow {
     /// Returns point number i.
     CubePoint operator[](std::uint32_t i) const {
         const auto column = static_cast<std::uint32_t>(s[i]), row = static_cast<std::uint32_t>(t[i]);
-        return {(face[i] * blocks_per_edge + row) * blocks_per_edge + column,
+        return {(face[i] * map_blocks_per_edge + row) * map_blocks_per_edge + column,
                 s[i] - float(column), t[i] - float(row), inverse_depth[i]};
     }
 };
@@ -71,7 +71,7 @@ class DirectionMap {
 public:
     using Row = CubeRow;
 
-    DirectionMap() : blocks_(block_count) {}
+    DirectionMap() : blocks_(map_block_count) {}
     /// Refines blocks until the error of their cells is at most `max_error` radians, or their cells are not wider than
     /// `least_width` on the face. The first cells of a block are not wider than `first_width`, so that they miss no
     /// details. The rays are those of the plan's camera.

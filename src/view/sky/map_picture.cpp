@@ -33,12 +33,12 @@ struct PixelDirections {
 std::vector<std::uint32_t> visible_blocks(const PixelDirections& directions, std::uint32_t width,
                                           std::uint32_t height) {
     constexpr std::uint32_t spacing = 4;
-    std::vector<char> is_visible(block_count);
+    std::vector<char> is_visible(map_block_count);
     for (std::uint32_t y = 0; y < height + spacing; y += spacing)
         for (std::uint32_t x = 0; x < width + spacing; x += spacing)
             is_visible[cube_point(directions(std::min(x, width - 1), std::min(y, height - 1))).block] = 1;
     std::vector<std::uint32_t> blocks;
-    for (std::uint32_t i = 0; i < block_count; ++i)
+    for (std::uint32_t i = 0; i < map_block_count; ++i)
         if (is_visible[i]) blocks.push_back(i);
     return blocks;
 }

@@ -43,16 +43,17 @@ def journal(program, _):
 
 
 def parts(program, _):
-    """Time of all parts of a picture divided by that of the whole picture: for rendering, and for whole processes."""
-    def rendering(*options):
+    """Time of all parts of a picture divided by that of the whole picture, which is not a part: for rendering, and for
+    whole processes."""
+    def rendering(file, *options):
         """Returns the seconds of rendering on one thread, and the processor time of the whole process."""
         used, report = processor_seconds(lambda: program.json(
-            "render", SCENES / "room.toml", *SIZE, "--threads", 1, "-o", program.directory / "a.part", *options))
+            "render", SCENES / "room.toml", *SIZE, "--threads", 1, "-o", program.directory / file, *options))
         return report["seconds"], used
     of_rendering, of_processes, greatest, starts = [], [], [], []
     for _ in range(program.rounds):
-        whole = rendering("--part", "1/1")
-        each = [rendering("--part", f"{number}/{PARTS}") for number in range(1, PARTS + 1)]
+        whole = rendering("a.pfm")
+        each = [rendering("a.part", "--part", f"{number}/{PARTS}") for number in range(1, PARTS + 1)]
         seconds = [part[0] for part in each]
         of_rendering.append(sum(seconds) / whole[0])
         of_processes.append(sum(part[1] for part in each) / whole[1])

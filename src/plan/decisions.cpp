@@ -232,7 +232,7 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
     list.add(why_no_map.empty(), "map over all directions in `kagero view`, which turning views use again", why_no_map);
     const std::string why_no_family = why_no_map.empty() ? why_no_orbit_family(scene) : why_no_map;
     list.add(why_no_family.empty(),
-             "family of orbits in `kagero view`: rays by their angle to the line to the centre, instead of that map",
+             "family of orbits in `kagero view`, instead of that map: the angle to the line to the centre determines a ray",
              why_no_family);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),

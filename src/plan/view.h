@@ -36,8 +36,8 @@ Failure make_observer_map(const Scene& scene, ObserverKind observer, const doubl
 /// of `observer`.
 Failure make_camera_map(const Scene& scene, ObserverKind observer, const double (&q)[3], StartMap& map);
 
-/// Returns the reason why the end of a ray depends on more than the angle between its first direction, in the rest frame
-/// of the camera's observer, and the line to the centre of the space; "" if it does not.
+/// Returns the reason why the end of a ray depends on more than the angle between its first direction, in the rest
+/// frame of the camera's observer, and the line to the centre of the space; "" if it does not.
 std::string why_no_orbit_family(const Scene& scene);
 
 /// Returns the ray that starts at the map's position with direction d, of any length, in its rest frame.

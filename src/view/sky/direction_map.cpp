@@ -128,10 +128,8 @@ void CubeRow::set(const Double3& first, const Double3& step, std::uint32_t count
 
 Double3 direction_of(std::uint32_t block, double s, double t) {
     const std::uint32_t column = block % map_blocks_per_edge, rest = block / map_blocks_per_edge,
-                        row = rest % map_blocks_per_edge, face = rest / map_blocks_per_edge,
-                        axis = face / 2;
-    const double first = (column + s) * map_block_width - 1,
-                 second = (row + t) * map_block_width - 1;
+                        row = rest % map_blocks_per_edge, face = rest / map_blocks_per_edge, axis = face / 2;
+    const double first = (column + s) * map_block_width - 1, second = (row + t) * map_block_width - 1;
     Double3 direction{};
     direction[axis] = face % 2 == 0 ? 1 : -1;
     direction[axis == 0 ? 1 : 0] = first;

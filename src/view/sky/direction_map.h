@@ -33,7 +33,8 @@ struct MapBlock {
 };
 
 /// The blocks of the map: on each face, whose half-width is 1, and in all.
-inline constexpr std::uint32_t map_blocks_per_edge = 16, map_block_count = 6 * map_blocks_per_edge * map_blocks_per_edge;
+inline constexpr std::uint32_t map_blocks_per_edge = 16,
+                               map_block_count = 6 * map_blocks_per_edge * map_blocks_per_edge;
 inline constexpr double map_block_width = 2.0 / map_blocks_per_edge;
 
 /// Returns the point for a direction of any length. Inlined, because it is called for every pixel.
@@ -46,8 +47,8 @@ inline CubePoint cube_point(const Double3& d) {
                  t = std::clamp((second * inverse + 1) * (0.5 * edge), 0.0, below_edge);
     const auto column = static_cast<std::uint32_t>(s), row = static_cast<std::uint32_t>(t);
     const std::uint32_t face = 2 * axis + (d[axis] < 0);
-    return {(face * map_blocks_per_edge + row) * map_blocks_per_edge + column, float(s - column),
-            float(t - row), float(inverse)};
+    return {(face * map_blocks_per_edge + row) * map_blocks_per_edge + column, float(s - column), float(t - row),
+            float(inverse)};
 }
 
 /// The points of a row of directions, in arrays that the compiler can vectorize. They agree with cube_point up to the
@@ -62,8 +63,8 @@ struct CubeRow {
     /// Returns point number i.
     CubePoint operator[](std::uint32_t i) const {
         const auto column = static_cast<std::uint32_t>(s[i]), row = static_cast<std::uint32_t>(t[i]);
-        return {(face[i] * map_blocks_per_edge + row) * map_blocks_per_edge + column,
-                s[i] - float(column), t[i] - float(row), inverse_depth[i]};
+        return {(face[i] * map_blocks_per_edge + row) * map_blocks_per_edge + column, s[i] - float(column),
+                t[i] - float(row), inverse_depth[i]};
     }
 };
 

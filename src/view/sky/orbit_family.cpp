@@ -133,8 +133,8 @@ void OrbitFamily::set_row(Row& row, const Double3& first, const Double3& step, s
     for (std::uint32_t i = 0; i < count; ++i) {
         const auto n = float(std::int32_t(i));
         const float radial = begin[0] + n * by[0], across = begin[1] + n * by[1], upward = begin[2] + n * by[2],
-                    square = across * across + upward * upward,
-                    transverse = std::max(std::sqrt(square), 1e-30f), inverse = 1 / transverse;
+                    square = across * across + upward * upward, transverse = std::max(std::sqrt(square), 1e-30f),
+                    inverse = 1 / transverse;
         row.tau[i] = 1 - radial / (std::abs(radial) + transverse);
         row.across[i] = across * inverse;
         row.upward[i] = upward * inverse;

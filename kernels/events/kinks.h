@@ -62,19 +62,18 @@ public:
         return found;
     }
 
-    /// Returns the lanes of `passing` (KinkSteps) in whose step H changes. On a ray that is so short, a continuous H
-    /// does not change, so H itself jumps there.
+    /// Returns the lanes of `passing` (KinkSteps) in whose step H itself jumps: it changes by more than its derivatives
+    /// on both sides of the kink explain.
     std::uint64_t jumping(const StepperState<V>& step, std::uint64_t passing) const {
         if (!passing) return 0;
-        const V change = task_.kernel.relative_energy_residual(task_.system, step.end) -
-                         task_.kernel.relative_energy_residual(task_.system, step.start);
-        return passing & ~to_bits(abs(change) <= V(max_energy_change));
+        const V jump = task_.kernel.energy_jump(task_.system, step.start, step.end, step.h);
+        return passing & ~to_bits(jump <= V(least_jump));
     }
 
 private:
-    /// Greatest change of a continuous H in a step that passes a kink, relative to its terms. It is much greater than
-    /// the rounding error of H, and much less than a jump that bends rays visibly.
-    static constexpr S max_energy_change = std::is_same_v<S, float> ? S(1e-2) : S(1e-6);
+    /// Least jump of H that ends a ray, relative to the terms of H. It is much greater than the rounding error of H,
+    /// and much less than a jump that bends rays visibly.
+    static constexpr S least_jump = std::is_same_v<S, float> ? S(1e-2) : S(1e-6);
 
     /// Fractions of a step before and behind its first kink, with the values of the switching function there.
     struct Bracket {

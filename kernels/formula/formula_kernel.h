@@ -17,15 +17,34 @@ struct FormulaKernels {
     }
 };
 
+/// Returns SpaceKernel::energy_jump. A continuous K changes in a step h by at most h |∂K/∂q| |∂K/∂p|, with the greatest
+/// derivatives in the step. They are taken at its ends and between them, because a ray that grazes a thin layer enters
+/// and leaves it in one step.
+template <class System, class V>
+V energy_jump(const System& system, const State<V>& start, const State<V>& end, const V& h) {
+    using S = ScalarOf<V>;
+    const EventFunctions<V> before = system.event_functions(start), behind = system.event_functions(end);
+    State<V> middle = start;
+    for (int i = 0; i < phase_size; ++i) middle.y[i] = V(S(0.5)) * (start.y[i] + end.y[i]);
+    V rates(S(0));
+    for (const State<V>& state : {start, middle, end}) {
+        V d[phase_size];
+        system.derivatives(state, d);
+        rates = rates + sqrt((d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (d[3] * d[3] + d[4] * d[4] + d[5] * d[5]));
+    }
+    constexpr S reserve = 4;  // for derivatives that change in the step
+    const V change = abs(behind.energy_residual - before.energy_residual) - V(reserve) * abs(h) * rates;
+    return max(change, V(S(0))) / sqrt(before.squared_energy_terms);
+}
+
 /// Returns the kernels that consist of the functions of `kernel`, which is that of `System`.
 template <class System, class V>
 constexpr FormulaKernels<V> kernels_from(SpaceKernel<V> kernel) {
     kernel.switching_function = [](const SystemStorage& storage, const State<V>& s) {
         return kagero::detail::system_in<System>(storage).switching_function(s);
     };
-    kernel.relative_energy_residual = [](const SystemStorage& storage, const State<V>& s) {
-        const EventFunctions<V> values = kagero::detail::system_in<System>(storage).event_functions(s);
-        return values.energy_residual / sqrt(values.squared_energy_terms);
+    kernel.energy_jump = [](const SystemStorage& storage, const State<V>& start, const State<V>& end, const V& h) {
+        return energy_jump(kagero::detail::system_in<System>(storage), start, end, h);
     };
     FormulaKernels<V> kernels{kernel, kernel, kernel};
     kernels.kinked.kinked = true;

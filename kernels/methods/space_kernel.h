@@ -63,8 +63,9 @@ struct SpaceKernel {
     void (*step_straight)(const SystemStorage&, StepperState<V>&, const Coefficients&);
     /// Returns the switching function at a state; nullptr if H declares none.
     V (*switching_function)(const SystemStorage&, const State<V>&);
-    /// Returns K relative to the energy scale of EventFunctions::squared_energy_terms; nullptr except for formulas.
-    V (*relative_energy_residual)(const SystemStorage&, const State<V>&);
+    /// Returns the part of the change of K in a short step that its derivatives in the step do not explain, relative to
+    /// the energy scale of EventFunctions::squared_energy_terms; nullptr except for formulas.
+    V (*energy_jump)(const SystemStorage&, const State<V>& start, const State<V>& end, const V& h);
     /// Return the program of ∂K/∂(q, p) as data, and dλ/dτ at a state, for the reverse sweep along rays
     /// (adjoint/sweep.h). Both pointers are nullptr except for packets of double.
     ProgramWithUniforms<double> (*derivatives)(const SystemStorage&);

@@ -47,6 +47,7 @@ void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const
                     const RunControl& control, const Terminal& terminal) {
     // Rays whose points are in memory at once. Points at even intervals can be much more than the steps.
     const std::size_t batch_size = plan.run.path_interval > 0 ? 256 : 4096;
+    if (!check_path_points(plan, starts, batch_size, control)) return;
     RaysWithoutPath without_path;
     write_output(output, [&](std::ostream& out) {
         write_path_header(out, plan);

@@ -42,7 +42,8 @@ void check_frames(const SceneDescription& scene, const Catalogue& catalogue, con
     if (!scene.animation || scene.animation->keys.empty()) return;
     const std::uint32_t count = range.count(), checked = std::min(count, max_checked_frames);
     for (std::uint32_t i = 0; i < checked; ++i)
-        load_frame(scene, catalogue, range.frame(static_cast<std::uint32_t>(std::uint64_t(i) * count / checked)));
+        load_frame(scene, catalogue,
+                   range.frame(static_cast<std::uint32_t>(std::uint64_t(i) * (count - 1) / std::max(1u, checked - 1))));
 }
 
 }  // namespace kagero

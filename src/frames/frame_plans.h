@@ -37,7 +37,8 @@ private:
 };
 
 /// Reads the scene of every frame of an animation in a range, so that a value that is not legal is found before a frame
-/// is rendered. If a range is longer than `max_checked_frames`, only so many frames, at equal distances, are read.
+/// is rendered. If a range is longer than `max_checked_frames`, only so many frames are read, from the first to
+/// the last at equal distances.
 /// Throws InputError, which names the frame.
 void check_frames(const SceneDescription& scene, const Catalogue& catalogue, const FrameRange& range);
 inline constexpr std::uint32_t max_checked_frames = 2000;

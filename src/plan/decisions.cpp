@@ -229,10 +229,12 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
         list.add(requested, std::string("layer ") + layer.name, "film.layers does not contain it");
     }
     const std::string why_no_map = why_not_only_sky(scene.description);
-    list.add(why_no_map.empty(), "map over all directions in `kagero view`, which turning views use again", why_no_map);
-    const std::string why_no_family = why_no_map.empty() ? why_no_orbit_family(scene) : why_no_map;
-    list.add(why_no_family.empty(),
-             "family of orbits in `kagero view`, instead of that map: the angle to the line to the centre determines a ray",
+    const std::string why_no_family = why_no_map.empty() ? why_no_orbit_family(scene, view) : why_no_map;
+    const bool has_family = why_no_family.empty();
+    list.add(why_no_map.empty() && !has_family,
+             "map over all directions in `kagero view`, which turning views use again",
+             has_family ? "the family of orbits replaces it" : why_no_map);
+    list.add(has_family, "family of orbits in `kagero view`: the angle to the line to the centre determines each ray",
              why_no_family);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),

@@ -216,9 +216,11 @@ double pixel_size(const SceneDescription& scene, double distance) {
     return distance * 2 * std::tan(scene.camera.fov * std::numbers::pi / 360) / rows;
 }
 
-std::string why_no_orbit_family(const Scene& scene) {
+std::string why_no_orbit_family(const Scene& scene, const View& view) {
     if (!supported_angular_method(scene, false)) return "the space is not spherical, or is a formula";
     if (scene.description.camera.velocity) return "camera.velocity need not be along the line to the centre";
+    const double* q = view.camera.position;
+    if (std::hypot(q[0], q[1], q[2]) < 1e-6 * scene.limits.escape_radius) return "the camera is at the centre";
     if (scene.description.space.sky_frame) return "the distant observers of space.sky_frame move";
     return "";
 }

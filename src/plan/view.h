@@ -38,7 +38,7 @@ Failure make_camera_map(const Scene& scene, ObserverKind observer, const double 
 
 /// Returns the reason why the end of a ray depends on more than the angle between its first direction, in the rest
 /// frame of the camera's observer, and the line to the centre of the space; "" if it does not.
-std::string why_no_orbit_family(const Scene& scene);
+std::string why_no_orbit_family(const Scene& scene, const View& view);
 
 /// Returns the ray that starts at the map's position with direction d, of any length, in its rest frame.
 CameraRay ray_in_frame(const StartMap& map, const Double3& d);

@@ -195,6 +195,7 @@ py::tuple path_scene_plans(const SharedScene& scene, const py::array& positions,
         check_finite(rays);
         done.plan = scene->rays(options, request);
         const auto starts = start_arrays(*done.plan, rays, observer_of(request));
+        check_path_points(*done.plan, starts, starts.size(), control);
         done.points = trace_paths(*done.plan, starts, done.ends, control);
         done.report.interrupted = control.stop->load();
     });

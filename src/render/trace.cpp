@@ -129,26 +129,30 @@ std::string with_three_digits(double number) {
     return text;
 }
 
-/// Throws InputError if RunConfig::path_interval is so short that the points of all paths cannot be kept in memory.
-/// Returns false if the run was interrupted.
-bool check_point_count(Plan plan, const std::vector<RayStart>& starts, const RunControl& control) {
-    constexpr double max_points = 5e7;  // of about 200 bytes each
+}  // namespace
+
+bool check_path_points(Plan plan, const std::vector<RayStart>& starts, std::size_t batch, const RunControl& control) {
+    constexpr double max_points = 1e7;  // in memory at the same time
     const double interval = plan.run.path_interval;
+    if (!(interval > 0)) return true;
     plan.run.outputs |= output_parameter;
     std::vector<RayEnd> ends;
     if (trace(plan, starts, ends, control).interrupted) return false;
-    double length = 0;
-    for (const RayEnd& end : ends)
-        if (std::isfinite(end.parameter)) length += end.parameter;
-    if (length / interval <= max_points) return true;
-    throw InputError("the interval " + to_toml(interval) +
-                     " of λ between the points of paths is too short: " + std::to_string(ends.size()) +
-                     (ends.size() == 1 ? " path" : " paths") + " would have " + with_three_digits(length / interval) +
-                     " points in memory, which must be at most " + with_three_digits(max_points) + "; state at least " +
-                     with_three_digits(1.01 * length / max_points));
+    double most_points = 0;
+    for (std::size_t first = 0; first < ends.size(); first += batch) {
+        double length = 0;
+        for (std::size_t i = first; i < std::min(first + batch, ends.size()); ++i)
+            if (std::isfinite(ends[i].parameter)) length += ends[i].parameter;
+        most_points = std::max(most_points, length / interval);
+    }
+    if (most_points <= max_points) return true;
+    const std::size_t paths = std::min(batch, ends.size());
+    throw InputError("the interval " + to_toml(interval) + " of λ between the points of paths is too short: " +
+                     std::to_string(paths) + (paths == 1 ? " path" : " paths") + " would have " +
+                     with_three_digits(most_points) + " points in memory, which must be at most " +
+                     with_three_digits(max_points) + "; state at least " +
+                     with_three_digits(1.01 * interval * most_points / max_points));
 }
-
-}  // namespace
 
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                       const std::function<void(const PathPoint&)>& visit, const RunControl& control) {
@@ -173,10 +177,6 @@ RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                                    const RunControl& control) {
     std::vector<PathPoint> points;
-    if (plan.run.path_interval > 0 && !check_point_count(plan, starts, control)) {
-        for (const RayStart& start : starts) ends.push_back(end_at_start(start, Failure::untraced));
-        return points;
-    }
     trace_steps(
         plan, starts, ends, [&](const PathPoint& point) { points.push_back(point); }, control);
     for (PathPoint& point : points) {

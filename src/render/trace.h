@@ -18,6 +18,12 @@ RunReport trace(const Plan& plan, const std::vector<RayStart>& starts, std::vect
 RunReport trace_steps(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,
                       const std::function<void(const PathPoint&)>& visit, const RunControl& control = {});
 
+/// Throws InputError if RunConfig::path_interval is so short that the points of the paths of `batch` consecutive rays
+/// cannot be kept in memory. The lengths of the paths are found by tracing the rays without their points. Returns false
+/// if this was interrupted.
+bool check_path_points(Plan plan, const std::vector<RayStart>& starts, std::size_t batch,
+                       const RunControl& control = {});
+
 /// Traces the rays and returns their starts and the points after every step, sorted by ray and step, in the coordinates
 /// and units of the scene file. Rays that were not traced have no points.
 std::vector<PathPoint> trace_paths(const Plan& plan, const std::vector<RayStart>& starts, std::vector<RayEnd>& ends,

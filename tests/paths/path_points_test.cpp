@@ -127,9 +127,8 @@ TEST_P(PathPoints, HaveTheTimeThatTheActionImplies) {
 TEST(PathInterval, IsRefusedIfItGivesTooManyPoints) {
     const auto plan = plan_of_text(scene_in(flat), {}, {}, false);
     plan->run.path_interval = 1e-12;
-    std::vector<RayEnd> ends;
     try {
-        trace_paths(*plan, start_rays(*plan, rays), ends);
+        check_path_points(*plan, start_rays(*plan, rays), rays.size());
         FAIL() << "no error";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("the interval 1e-12 of λ between the points of paths is too short"),

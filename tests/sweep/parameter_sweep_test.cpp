@@ -143,7 +143,7 @@ TEST(Sweep, PlansEachSetForOtherKeys) {
     const Sweeper scene{"[space]\nhamiltonian = \"schwarzschild\"\n", all_columns(true)};
     const std::vector<SweptKey> radius{{"integrator.escape_radius", {8, 9, 15}}, {"space.rg", {0.1, 0.2, 0.3}}};
     const SweepResult result = scene.sweep(radius, passing_rays());
-    EXPECT_EQ(result.reason_against_packets, "integrator.escape_radius is not a parameter of the space");
+    EXPECT_NE(result.reason_against_packets.find("integrator.escape_radius is not a parameter"), std::string::npos);
     expect_same_as_separate(scene, radius, passing_rays(), 1e-12, result);
 }
 

@@ -234,7 +234,9 @@ std::string sweep_json(const SweepJob& job, const SweepOutcome& outcome, const s
     json["blocks_kept"] = outcome.kept;
     json["interrupted"] = report.interrupted;
     json["warnings"] = warnings_json(warnings);
-    json["remarks"] = job.sweep().remarks();
+    std::vector<std::string> remarks = job.sweep().plan().remarks;
+    remarks.insert(remarks.end(), job.sweep().remarks().begin(), job.sweep().remarks().end());
+    json["remarks"] = remarks;
     return text_of(json);
 }
 

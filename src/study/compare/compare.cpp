@@ -322,18 +322,23 @@ SceneDescription resized(SceneDescription scene, double pixels) {
 }
 
 /// Returns the scene with a film that is so small that the comparison takes about options.max_seconds. The time is
-/// estimated from a comparison with a small film.
+/// estimated from comparisons with a film of a few rays, and then of more as long as these take little time.
 SceneDescription with_affordable_film(const SceneDescription& scene, const CompareOptions& options,
                                       const std::atomic<bool>* stop) {
-    constexpr double trial_pixels = 1024;
+    constexpr double first_rays = 64, growth = 8, last_pixels = 1024, share_of_time = 0.05;
     const double pixels = double(scene.film.width) * scene.film.height;
-    if (!(options.max_seconds > 0) || options.equal_error > 0 || pixels <= trial_pixels) return scene;
-    const SceneDescription small = resized(scene, trial_pixels);
-    const double small_pixels = double(small.film.width) * small.film.height,
-                 seconds_per_round = Comparer(small, options, {}, stop).seconds_per_round();
-    // One more round compares the pictures.
-    const double affordable = small_pixels * options.max_seconds / (seconds_per_round * (options.rounds + 1));
-    return affordable < pixels ? resized(scene, std::max(small_pixels, affordable)) : scene;
+    if (!(options.max_seconds > 0) || options.equal_error > 0 || pixels * scene.film.spp <= first_rays) return scene;
+    for (double trial_pixels = first_rays / scene.film.spp;; trial_pixels *= growth) {
+        const SceneDescription small = resized(scene, trial_pixels);
+        const double small_pixels = double(small.film.width) * small.film.height,
+                     seconds_per_round = Comparer(small, options, {}, stop).seconds_per_round();
+        if (stop && *stop) return small;
+        if (seconds_per_round < share_of_time * options.max_seconds && small_pixels < std::min(last_pixels, pixels))
+            continue;
+        // One more round compares the pictures.
+        const double affordable = small_pixels * options.max_seconds / (seconds_per_round * (options.rounds + 1));
+        return affordable < pixels ? resized(scene, affordable) : scene;
+    }
 }
 
 }  // namespace

@@ -61,10 +61,7 @@ void divide(OrbitInterval& interval, std::uint32_t first_cells, std::vector<std:
 
 }  // namespace
 
-bool OrbitFamily::contains_rays_of(const Plan& plan) {
-    const Scene& scene = *plan.scene;
-    return why_no_orbit_family(scene).empty() && length(position_of_camera(plan)) > 1e-6 * scene.limits.escape_radius;
-}
+bool OrbitFamily::contains_rays_of(const Plan& plan) { return why_no_orbit_family(*plan.scene, plan.view).empty(); }
 
 OrbitFamily::OrbitFamily(const Plan& plan) : intervals_(interval_count) {
     const Double3 radial = unit(position_of_camera(plan));

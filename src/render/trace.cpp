@@ -147,10 +147,10 @@ bool check_path_points(Plan plan, const std::vector<RayStart>& starts, std::size
     }
     if (most_points <= max_points) return true;
     const std::size_t paths = std::min(batch, ends.size());
-    throw InputError("the interval " + to_toml(interval) + " of λ between the points of paths is too short: " +
-                     std::to_string(paths) + (paths == 1 ? " path" : " paths") + " would have " +
-                     with_three_digits(most_points) + " points in memory, which must be at most " +
-                     with_three_digits(max_points) + "; state at least " +
+    throw InputError("the interval " + to_toml(interval) +
+                     " of λ between the points of paths is too short: " + std::to_string(paths) +
+                     (paths == 1 ? " path" : " paths") + " would have " + with_three_digits(most_points) +
+                     " points in memory, which must be at most " + with_three_digits(max_points) + "; state at least " +
                      with_three_digits(1.01 * interval * most_points / max_points));
 }
 

@@ -185,12 +185,9 @@ TEST_F(Kinks, AreReportedAlsoIfHJumpsByLittle) {
 // The index rises from 1 to 1.3 within a shell of thickness w. It is continuous, however steep. In thinner shells than
 // these, some grazing rays fail, because one step passes both kinks.
 TEST_F(Kinks, AreNoJumpsWhereHIsSteep) {
-    const std::pair<Precision, const char*> cases[] = {{Precision::float64, "0.03"},
-                                                       {Precision::float64, "0.01"},
-                                                       {Precision::float64, "0.003"},
-                                                       {Precision::float64, "0.001"},
-                                                       {Precision::float32, "0.1"},
-                                                       {Precision::float32, "0.03"}};
+    const std::pair<Precision, const char*> cases[] = {{Precision::float64, "0.03"},  {Precision::float64, "0.01"},
+                                                       {Precision::float64, "0.003"}, {Precision::float64, "0.001"},
+                                                       {Precision::float32, "0.1"},   {Precision::float32, "0.03"}};
     for (const auto& [precision, width] : cases) {
         SCOPED_TRACE(std::string(precision == Precision::float32 ? "float" : "double") + ", w = " + width);
         Options options;

@@ -72,7 +72,8 @@ def write(path, data, name, causes, others):
         f"- compiler: {data['compiler']}; commit {data['commit']}; {data['date']}; {data['rounds']} rounds",
         *disturbance(data), "",
         *wrapped("The minimum must hold and the target is the aim; both were set for processors with eight doubles"
-                 " per register (avx512)."), "",
+                 " per register (avx512). They are those of the measured commit; claims that were added later have no"
+                 " row."), "",
         "## Results", "", *table(data["claims"]), *missed(data["claims"], causes), "",
         "## Further data", "",
         *wrapped(f"{link} contains the rows of every comparison of strategies, the times of gradients from the tape"

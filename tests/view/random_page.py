@@ -162,16 +162,15 @@ class Input:
         self.random.choice(common if kind < 0.85 else rare if kind < 0.99 else [self.reload])()
 
 
-def measure(browser, viewer, seconds, seed):
-    """Returns a list of tuples: time, memory of the viewer, heap of the page, nodes of the page."""
-    inputs, start, rows = Input(browser, seed), time.monotonic(), []
+def measure(browser, viewer, seconds, seed, rows):
+    """Appends tuples to `rows`: time, memory of the viewer, heap of the page, nodes of the page."""
+    inputs, start = Input(browser, seed), time.monotonic()
     while (now := time.monotonic() - start) < seconds:
         inputs.any()
-        if now >= len(rows) * max(5, seconds / 60):
+        if now >= len(rows) * min(5, seconds / 60):
             rows.append((now, viewer.memory(), *browser.memory()))
             print('{:4.0f} s: viewer {:.0f} MB, page {:.1f} MB and {:.0f} nodes'.format(*rows[-1]), flush=True)
         expect(not browser.errors, f'after {now:.0f} s with seed {seed}: {browser.errors}')
-    return rows
 
 
 def check_growth(rows, column, name, unit, allowance):
@@ -209,6 +208,7 @@ def main():
     if not program:
         return 77
     out.mkdir(parents=True, exist_ok=True)
+    rows = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = WatchedBrowser(program, profile)
         viewer = Viewer(arguments.kagero, arguments.scene, '--size', arguments.size)
@@ -218,13 +218,13 @@ def main():
             browser.session = session
             browser.size(1280, 800)
             browser.open(viewer.url)
-            rows = measure(browser, viewer, arguments.seconds, arguments.seed)
+            measure(browser, viewer, arguments.seconds, arguments.seed, rows)
             finish(browser, viewer, out)
         finally:
             browser.close()
             viewer.close()
-    (out / 'memory.csv').write_text('seconds,viewer_mb,page_mb,nodes\n' +
-                                    ''.join(','.join(f'{x:.4g}' for x in row) + '\n' for row in rows))
+            (out / 'memory.csv').write_text('seconds,viewer_mb,page_mb,nodes\n' +
+                                            ''.join(','.join(f'{x:.4g}' for x in row) + '\n' for row in rows))
     check_growth(rows, 1, 'memory of the viewer', 'MB', 16)
     check_growth(rows, 2, 'heap of the page', 'MB', 2)
     check_growth(rows, 3, 'size of the document', 'nodes', 500)

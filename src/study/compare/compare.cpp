@@ -35,8 +35,7 @@ std::string shape_of(const Plan& plan, const KernelInfo& kernel, bool scanlines)
                           });
         return std::to_string(kernel.lanes / packet.lanes) + " of " + shape_of(plan, packet, scanlines);
     }
-    const std::uint32_t lanes = kernel.lanes;
-    const std::uint32_t width = plan.job().camera && !scanlines ? block_width(lanes) : lanes;
+    const std::uint32_t lanes = kernel.lanes, width = plan.job().camera && !scanlines ? block_width(lanes) : lanes;
     return std::to_string(width) + "x" + std::to_string(lanes / width);
 }
 
@@ -321,8 +320,8 @@ SceneDescription resized(SceneDescription scene, double pixels) {
     return scene;
 }
 
-/// Returns the scene with a film that is so small that the comparison takes about options.max_seconds. The time is
-/// estimated from comparisons with a film of a few rays, and then of more as long as these take little time.
+/// Returns the scene with a film so small that the comparison takes about options.max_seconds, which is estimated from
+/// films of a few rays, and then of more as long as these take little time.
 SceneDescription with_affordable_film(const SceneDescription& scene, const CompareOptions& options,
                                       const std::atomic<bool>* stop) {
     constexpr double first_rays = 64, growth = 8, last_pixels = 1024, share_of_time = 0.05;
@@ -335,8 +334,8 @@ SceneDescription with_affordable_film(const SceneDescription& scene, const Compa
         if (stop && *stop) return small;
         if (seconds_per_round < share_of_time * options.max_seconds && small_pixels < std::min(last_pixels, pixels))
             continue;
-        // One more round compares the pictures.
-        const double affordable = small_pixels * options.max_seconds / (seconds_per_round * (options.rounds + 1));
+        const double seconds = seconds_per_round * (options.rounds + 1);  // one more round compares the pictures
+        const double affordable = small_pixels * options.max_seconds / seconds;
         return affordable < pixels ? resized(scene, affordable) : scene;
     }
 }

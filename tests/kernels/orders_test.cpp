@@ -69,10 +69,6 @@ struct Reference {
         return std::string(m.info.name) == "gauss16" ? by_gauss12 : by_gauss16;
     }
 };
-/// Number of rays with this value type. Quadruple precision is slow.
-template <class V>
-constexpr int ray_count = std::is_same_v<V, Quad> ? 2 : bent_ray_count;
-
 template <class H>
 const Reference& reference(bool rescaled, int ray) {
     static std::optional<Reference> computed[2][bent_ray_count];
@@ -115,7 +111,7 @@ double fitted_order(const std::vector<Measurement>& points) {
 template <class H, class V>
 std::optional<Errors> errors(const Method& method, bool rescaled, int steps) {
     Errors sum{};
-    for (int ray = 0; ray < ray_count<V>; ++ray) {
+    for (int ray = 0; ray < bent_ray_count; ++ray) {
         const bool angular = method.info.angular;
         const RayStart start = bent_ray<H>(ray, angular);
         const auto end = integrate<H, V>(method, rescaled, start, steps, angular ? path_angle : path_length<H>);

@@ -19,8 +19,7 @@ void compute(const void* a, const void* b, const void* c, void* result, void*) {
             &z = *static_cast<const V*>(operands > 2 ? c : a);
     *static_cast<V*>(result) = kagero::detail::apply_total<op, false, V>(x, y, z);
 }
-/// Computes two operations of a. The compiler evaluates their common parts only once.
-/// The same for values with 4 registers, by computing halves with 2 registers, so that fewer functions are compiled.
+/// As `compute`, for values with 4 registers: computes halves with 2 registers, so that fewer functions are compiled.
 template <Op op, class S>
 void compute_halves(const void* a, const void* b, const void* c, void* result, void*) {
     using Half = Lanes<S, 2>;
@@ -31,12 +30,14 @@ void compute_halves(const void* a, const void* b, const void* c, void* result, v
                           static_cast<Half*>(result) + half, nullptr);
     }
 }
+/// Computes two operations of a. The compiler evaluates their common parts only once.
 template <Op first, Op second, class V>
 void compute_both(const void* a, const void*, const void*, void* result, void* second_result) {
     const V x = *static_cast<const V*>(a);
     *static_cast<V*>(result) = kagero::detail::apply_total<first, false, V>(x, x, x);
     *static_cast<V*>(second_result) = kagero::detail::apply_total<second, false, V>(x, x, x);
 }
+/// As `compute_both`, for values with 4 registers.
 template <Op first, Op second, class S>
 void compute_both_halves(const void* a, const void*, const void*, void* result, void* second_result) {
     using Half = Lanes<S, 2>;

@@ -339,7 +339,8 @@ std::string why_failed(const Scene& scene, Precision precision, const RayEnd& en
     if (!jump) return reason;
     std::ostringstream text;
     text << reason << ". With the momentum of the ray, H is " << jump->before << " before the jump and " << jump->behind
-         << " behind it";
+         << " behind it. If both are almost equal, H is continuous, but the layer in which it changes is thinner than "
+            "a step; make it thicker, or use --precision double";
     return text.str();
 }
 

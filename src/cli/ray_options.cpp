@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint32_t max_values = 10'000'000;
 
-/// Returns the values of a list V1,V2,..., which may contain strings in quotes and arrays in brackets.
+/// Returns the values of a list V1,V2,..., which may contain strings in quotes, arrays in brackets, and formulas with
+/// functions of several arguments.
 std::vector<std::string> split_values(const std::string& text) {
     std::vector<std::string> values(1);
     int depth = 0;
@@ -29,8 +30,8 @@ std::vector<std::string> split_values(const std::string& text) {
         if (quote && c == '\\' && quote == '"' && i + 1 < text.size()) values.back() += text[++i];
         else if (quote) quote = c == quote ? 0 : quote;
         else if (c == '"' || c == '\'') quote = c;
-        else if (c == '[' || c == '{') ++depth;
-        else if (c == ']' || c == '}') --depth;
+        else if (c == '[' || c == '{' || c == '(') ++depth;
+        else if (c == ']' || c == '}' || c == ')') --depth;
     }
     return values;
 }
@@ -47,16 +48,25 @@ std::vector<double> values_of_range(const std::string& option, const std::vector
     return values;
 }
 
-/// Returns true if a value of --vary is meant as a number: it begins as one.
+/// Returns true if a text begins as a number.
+bool begins_as_number(const std::string& text) {
+    return text.find_first_of("0123456789") <= text.find_first_not_of("+-.");
+}
+
+/// Returns true if a value of --vary is meant as a number, possibly with a mistake. A text with an operator of formulas,
+/// such as 2*x or 1+x, is not.
 bool is_number(const std::string& value) {
-    return value.find_first_of("0123456789") <= value.find_first_not_of("+-.") || value == "nan" || value == "inf";
+    if (value == "nan" || value == "inf") return true;
+    const std::size_t sign = value.find_first_of("+-", 1);
+    const bool has_sum = sign != std::string::npos && value[sign - 1] != 'e' && value[sign - 1] != 'E';
+    return begins_as_number(value) && !has_sum && value.find_first_of("*/^(") == std::string::npos;
 }
 
 /// Returns the key with its values, which are the text of --vary behind the sign '='.
 SweptKey key_with_values(const std::string& key, const std::string& text) {
     const std::string option = "--vary " + key;
     const std::vector<std::string> values = split_values(text);
-    if (values.size() == 1 && is_number(text) && text.find(':') != std::string::npos) {
+    if (values.size() == 1 && begins_as_number(text) && text.find(':') != std::string::npos) {
         const std::vector<std::string> bounds = split(text, ':');
         if (bounds.size() != 3)
             throw InputError(option + ": '" + text + "' is neither a list V1,V2,... nor a range A:B:N");

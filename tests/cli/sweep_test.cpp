@@ -47,6 +47,27 @@ TEST_F(SweepVerb, VariesKeysOfAnyType) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[3 + i], expected_prefix + expected[i]);
 }
 
+// A formula may begin with a digit and contain functions of several arguments.
+TEST_F(SweepVerb, VariesFormulas) {
+    write("lens.toml",
+          "[space]\nhamiltonian = \"formula\"\nH = \"k*(px^2 + py^2 + pz^2 - n^2)\"\n[space.let]\nk = \"0.5\"\n"
+          "n = \"2\"\n[integrator]\nescape_radius = 5\n");
+    const std::string trace = "trace lens.toml --rays rays.csv -D space.let.n=", one = "1+max(0.1, x^2/9)",
+                      two = "2*min(1,exp(-x^2))+0.5";
+    const Outcome swept = run("sweep lens.toml --vary 'space.let.n=" + one + "," + two + "' --rays rays.csv");
+    ASSERT_EQ(swept.status, 0) << swept.err;
+    const std::vector<std::string> rows = rows_of(swept.out);
+    ASSERT_EQ(rows.size(), 6u);
+    const auto expect = [&](const std::string& formula, std::size_t first) {
+        const Outcome traced = run(trace + "'" + formula + "'");
+        ASSERT_EQ(traced.status, 0) << traced.err;
+        const std::vector<std::string> expected = rows_of(traced.out);
+        for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(rows[first + i].ends_with("," + expected[i])) << rows[first + i];
+    };
+    expect(one, 0);
+    expect(two, 3);
+}
+
 // The reasons in the rows of a set are those of its own scene.
 TEST_F(SweepVerb, StatesTheReasonsOfEachSet) {
     const Outcome swept = run("sweep hole.toml --vary integrator.max_steps=1000,3 --rays rays.csv");

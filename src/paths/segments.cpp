@@ -1,6 +1,27 @@
 #include "paths/segments.h"
 
+#include <array>
+#include <numeric>
+
 namespace kagero {
+
+void Segments::group_by_octant() {
+    const auto octant_of = [](const RayStart& start) {
+        return std::size_t{start.p[0] > 0} | std::size_t{start.p[1] > 0} << 1 | std::size_t{start.p[2] > 0} << 2;
+    };
+    std::array<std::size_t, 9> begins{};  // of each octant
+    for (const RayStart& start : list.starts) ++begins[octant_of(start) + 1];
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    grouped_rays_.resize(rays.size());
+    grouped_starts_.resize(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const std::size_t place = begins[octant_of(list.starts[i])]++;
+        grouped_rays_[place] = rays[i];
+        grouped_starts_[place] = list.starts[i];
+    }
+    rays.swap(grouped_rays_);
+    list.starts.swap(grouped_starts_);
+}
 
 void to_space(const Plan& plan, std::uint32_t medium, double (&q)[3]) {
     if (medium == 0) return;

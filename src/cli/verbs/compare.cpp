@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t max_rounds = 1000, max_lanes = 1024;
 constexpr double default_seconds = 20;
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_compare(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments, true);
     add_option(app, "--methods", arguments.methods,
                "Integration methods to compare, names from `kagero list integrators` separated by commas. Default: the "
@@ -106,7 +106,7 @@ Comparison compare_with_progress(const SceneDescription& scene, const CompareOpt
         scene, options, [&](double done, double seconds) { line.show(done, seconds); }, guard.requested());
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_compare(const Arguments& arguments, const Terminal& terminal) {
     Options options = options_of(arguments);
     const CompareOptions requested = compare_options(arguments, options);
     options.isa = requested.isas.front();  // Every module accepts the same names in scenes.
@@ -128,6 +128,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 const Verb compare_verb{"compare", "Compare the vectorization strategies: run times, and differences of the pictures",
-                        declare, run};
+                        declare_compare, run_compare};
 
 }  // namespace kagero

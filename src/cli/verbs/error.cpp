@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::uint32_t max_sample_size = 4096;
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_error(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
                "Directory for the report: results.json, results.csv, plot.gp and report.html. Default: SCENE-error in "
@@ -171,7 +171,7 @@ int measure_errors(const Arguments& arguments, const Terminal& terminal, Communi
     return study.interrupted ? exit_interrupted : exit_done;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_error(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.mpi) return measure_errors(arguments, terminal, nullptr);
     return run_on_ranks(arguments, terminal,
                         [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
@@ -181,7 +181,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb error_verb{"error", "Measure error against run time for the rays of a scene, method by method", declare,
-                      run};
+const Verb error_verb{"error", "Measure error against run time for the rays of a scene, method by method",
+                      declare_error, run_error};
 
 }  // namespace kagero

@@ -10,7 +10,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_explain(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_json(app, arguments);
     add_execution(app, arguments);
@@ -18,7 +18,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_explain(const Arguments& arguments, const Terminal& terminal) {
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
     check_outputs({{"--json", arguments.json}}, files_of(scene));
@@ -32,7 +32,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 }  // namespace
 
 const Verb explain_verb{"explain",
-                        "Print the plan for a scene: features in use, and features left out with the reasons", declare,
-                        run};
+                        "Print the plan for a scene: features in use, and features left out with the reasons",
+                        declare_explain, run_explain};
 
 }  // namespace kagero

@@ -10,7 +10,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_list(CLI::App& app, Arguments& arguments) {
     std::string topics;
     for (const std::string& topic : list_topics()) append_to_list(topics, topic);
     add_option(app, "TOPIC", arguments.topic, "Topic of the list: " + topics + ". Default: all topics", "");
@@ -19,7 +19,7 @@ void declare(CLI::App& app, Arguments& arguments) {
     add_messages(app, arguments);
 }
 
-int run(const Arguments& arguments, const Terminal&) {
+int run_list(const Arguments& arguments, const Terminal&) {
     if (!arguments.topic.empty()) require_one_of("list", arguments.topic, list_topics());
     const auto topics = arguments.topic.empty() ? list_topics() : std::vector<std::string>{arguments.topic};
     const std::string isa = options_of(arguments).isa;
@@ -35,6 +35,6 @@ int run(const Arguments& arguments, const Terminal&) {
 
 const Verb list_verb{"list",
                      "List the available Hamiltonians, integrators, strategies, instruction sets, scenes and layers",
-                     declare, run};
+                     declare_list, run_list};
 
 }  // namespace kagero

@@ -12,7 +12,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_merge(CLI::App& app, Arguments& arguments) {
     add_option(app, "PART", arguments.parts,
                "Part files of `kagero render --part`, in any order. With --incomplete, a journal of `kagero render "
                "--resume` may be given too",
@@ -45,7 +45,7 @@ std::string merge_json(const MergedPicture& picture, std::size_t files, double w
     return text_of(json);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_merge(const Arguments& arguments, const Terminal& terminal) {
     if (arguments.parts.empty()) throw InputError("no part was given; name the files of all parts of a picture");
     if (arguments.output.empty()) throw InputError("no output was given; name the file for the picture with -o");
     const Missing missing = arguments.incomplete ? Missing::allowed : Missing::refused;
@@ -67,6 +67,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb merge_verb{"merge", "Make a picture from its parts, which `render --part` has written", declare, run};
+const Verb merge_verb{"merge", "Make a picture from its parts, which `render --part` has written",
+                      declare_merge, run_merge};
 
 }  // namespace kagero

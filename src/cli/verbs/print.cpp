@@ -9,13 +9,13 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_print(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output, "File for the scene; '-' is stdout. Default: -", "FILE");
     add_messages(app, arguments);
 }
 
-int run(const Arguments& arguments, const Terminal&) {
+int run_print(const Arguments& arguments, const Terminal&) {
     const std::string output = arguments.output.empty() ? "-" : arguments.output;
     const SceneDescription scene = scene_of(arguments, options_of(arguments));
     check_outputs({{"-o", output}}, files_of(scene));
@@ -25,6 +25,7 @@ int run(const Arguments& arguments, const Terminal&) {
 
 }  // namespace
 
-const Verb print_verb{"print", "Write a scene as TOML, with all overrides and default values", declare, run};
+const Verb print_verb{"print", "Write a scene as TOML, with all overrides and default values",
+                      declare_print, run_print};
 
 }  // namespace kagero

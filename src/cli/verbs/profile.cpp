@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t max_rounds = 1000;
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_profile(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
                "Directory for the report: profile.json, trace.json, report.html and the picture. Default: "
@@ -54,7 +54,7 @@ Profile profile_with_progress(const Plan& plan, Film& film, unsigned rounds, con
         InterruptGuard::requested());
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_profile(const Arguments& arguments, const Terminal& terminal) {
     const unsigned rounds = rounds_of(arguments);
     const Options options = options_of(arguments);
     SceneDescription scene = scene_of(arguments, options);
@@ -86,6 +86,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb profile_verb{"profile", "Measure where the run time of a render is spent", declare, run};
+const Verb profile_verb{"profile", "Measure where the run time of a render is spent", declare_profile, run_profile};
 
 }  // namespace kagero

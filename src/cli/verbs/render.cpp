@@ -33,7 +33,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_render(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "-o,--output", arguments.output,
                "File for the picture. .exr holds all layers; .npy and .pfm hold one layer as floats; .png, .jpg and "
@@ -150,7 +150,7 @@ void print_result(const RunReport& report, const TileJob& job, const std::string
 }
 
 /// Throws InputError for options that cannot be combined with --pixel, or that need it.
-void check_combination(const Arguments& arguments) {
+void check_render_options(const Arguments& arguments) {
     check_rank_combination(arguments);
     if (arguments.pixel.empty() && !arguments.columns.empty())
         throw InputError("--columns has an effect only on the path of --pixel; add --pixel X,Y, or request the layers "
@@ -264,7 +264,7 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
 
 /// Runs the verb. `ranks` is null without --mpi.
 int render(const Arguments& arguments, const Terminal& terminal, Communicator* ranks) {
-    check_combination(arguments);
+    check_render_options(arguments);
     const SnapshotGuard snapshots;  // Installed first, because the signal may arrive while the scene is loaded.
     Options options = options_of(arguments);
     request_columns(arguments, options);
@@ -286,7 +286,7 @@ int render(const Arguments& arguments, const Terminal& terminal, Communicator* r
     return write_pixel_path(plan, arguments.pixel, terminal);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_render(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.mpi) return render(arguments, terminal, nullptr);
     return run_on_ranks(arguments, terminal,
                         [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
@@ -296,6 +296,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb render_verb{"render", "Render a scene to a picture", declare, run};
+const Verb render_verb{"render", "Render a scene to a picture", declare_render, run_render};
 
 }  // namespace kagero

@@ -18,7 +18,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_stability(CLI::App& app, Arguments& arguments) {
     add_option(app, "CASE", arguments.cases, "Names of the cases to run. Default: all cases", "");
     add_option(app, "-o,--output", arguments.output,
                "Directory for stability.html and stability.json. Default: no files are written", "DIR");
@@ -92,7 +92,7 @@ std::vector<StabilityRow> run_cases(const std::vector<std::string>& cases, const
     return rows;
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_stability(const Arguments& arguments, const Terminal& terminal) {
     std::vector<std::string> cases = arguments.cases;
     std::string json = arguments.json;
     restore_case(cases, json);
@@ -137,7 +137,7 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb stability_verb{"stability", "Run stiff and extreme cases with known results, and report which pass", declare,
-                          run};
+const Verb stability_verb{"stability", "Run stiff and extreme cases with known results, and report which pass",
+                          declare_stability, run_stability};
 
 }  // namespace kagero

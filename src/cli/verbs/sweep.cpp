@@ -27,7 +27,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_sweep(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_swept_keys(app, arguments);
     add_ray_options(app, arguments);
@@ -321,7 +321,7 @@ int run_sweep(const Arguments& arguments, const Terminal& terminal, Communicator
     return conclude_sweep(arguments, job, outcome, journal, terminal);
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_sweep(const Arguments& arguments, const Terminal& terminal) {
     if (!arguments.mpi) return run_sweep(arguments, terminal, nullptr);
     return run_on_ranks(arguments, terminal,
                         [](const Arguments& of_rank, const Terminal& terminal_of_rank, Communicator& ranks) {
@@ -331,6 +331,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb sweep_verb{"sweep", "Trace the same rays for many values of the keys of a scene", declare, run};
+const Verb sweep_verb{"sweep", "Trace the same rays for many values of the keys of a scene", declare_sweep, run_sweep};
 
 }  // namespace kagero

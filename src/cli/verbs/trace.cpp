@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint32_t max_repeats = 1'000'000, max_bounces = 1000;
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_trace(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_ray_options(app, arguments);
     add_option(app, "-o,--output", arguments.output,
@@ -146,7 +146,7 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
 }
 
 /// Throws InputError for invalid values of options, and for options that cannot be combined.
-void check_combination(const Arguments& arguments) {
+void check_trace_options(const Arguments& arguments) {
     if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
     if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
         throw InputError("--parameter: " + arguments.parameter +
@@ -166,8 +166,8 @@ void check_combination(const Arguments& arguments) {
         throw InputError("CSV and JSON cannot both be written to stdout; add a file: --json FILE or -o FILE");
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
-    check_combination(arguments);
+int run_trace(const Arguments& arguments, const Terminal& terminal) {
+    check_trace_options(arguments);
     const std::uint32_t repetitions =
         arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, max_repeats);
     const Options options = options_of(arguments);
@@ -199,6 +199,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb trace_verb{"trace", "Trace single rays that are given as CSV", declare, run};
+const Verb trace_verb{"trace", "Trace single rays that are given as CSV", declare_trace, run_trace};
 
 }  // namespace kagero

@@ -16,7 +16,7 @@ namespace kagero {
 
 namespace {
 
-void declare(CLI::App& app, Arguments& arguments) {
+void declare_view(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
     add_option(app, "--port", arguments.port,
                "Port at which the server listens, 0 to 65535; 0: a free port. Default: 8080", "N");
@@ -49,7 +49,7 @@ void check_address(const std::string& text) {
                      "addresses of this machine");
 }
 
-int run(const Arguments& arguments, const Terminal& terminal) {
+int run_view(const Arguments& arguments, const Terminal& terminal) {
     return_free_memory();
     check_address(arguments.bind);
     const Options options = options_of(arguments);
@@ -68,6 +68,6 @@ int run(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb view_verb{"view", "Show a scene in the browser, and change it there", declare, run};
+const Verb view_verb{"view", "Show a scene in the browser, and change it there", declare_view, run_view};
 
 }  // namespace kagero

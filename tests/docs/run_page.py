@@ -7,7 +7,8 @@ Runs the page's `sh` blocks from top to bottom in the folder WORK, which stands 
 contains copies of scenes and docs/spacetimes, the empty folder docs/pictures, and build/release, a link to BUILD.
 A block fails if one of its commands fails. A block of another language whose first line is a comment `# file: NAME` is
 written to the file NAME in WORK. A block after a line that begins with "Not run by the tests:" is not run, unless a
-heading lies between them. Commands with more rays per pixel than MAX_SPP are run with that many, to save time.
+heading lies between them. To save time, commands are run with at most MAX_SPP rays per pixel, and pictures wider than
+MAX_WIDTH are made that wide.
 """
 import os
 import pathlib
@@ -19,6 +20,7 @@ import sys
 SOURCE = pathlib.Path(__file__).resolve().parent.parent.parent
 EXEMPT = "Not run by the tests:"
 MAX_SPP = 2
+MAX_WIDTH = 240
 
 
 def blocks_of(text):
@@ -60,6 +62,15 @@ def anchors_of(text):
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+def shortened(commands):
+    """Returns commands that make smaller pictures with fewer rays per pixel."""
+    def smaller(found):
+        width, height = int(found[1]), int(found[2])
+        return f"--size {width}x{height}" if width <= MAX_WIDTH else f"--size {MAX_WIDTH}x{MAX_WIDTH * height // width}"
+    commands = re.sub(r"--spp (\d+)", lambda found: f"--spp {min(int(found[1]), MAX_SPP)}", commands)
+    return re.sub(r"--size (\d+)x(\d+)", smaller, commands)
+
+
 def prepare(work, build):
     """Creates the folder WORK."""
     shutil.rmtree(work, ignore_errors=True)
@@ -93,8 +104,7 @@ def main():
         if exempt:
             continue
         print(f"{page.name}:{number}", flush=True)
-        content = re.sub(r"--spp (\d+)", lambda found: f"--spp {min(int(found[1]), MAX_SPP)}", content)
-        done = subprocess.run(["bash", "-euo", "pipefail", "-c", content], cwd=work, env=environment,
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", shortened(content)], cwd=work, env=environment,
                               stdin=subprocess.DEVNULL)
         if done.returncode != 0:
             sys.exit(f"{page}:{number}: exit status {done.returncode} of\n{content}")

@@ -155,7 +155,7 @@ std::array<std::vector<Measurement>, carried_quantities> errors(const Method& me
     static_assert(std::size(exact) == bent_ray_count);
     const auto parameters = default_parameters<H>();
     const System system(parameters.data());
-    const int order = int(method.info.order), most_steps = order <= 2 ? 128 : order <= 5 ? 64 : order <= 8 ? 32 : 24;
+    const int order = int(method.info.order), most_steps = order <= 5 ? 32 : 24;
     const double rounding = 100 * std::max(coefficient_epsilon<Quad>(method), 1e-31);
     std::array<std::vector<Measurement>, carried_quantities> measurements;
     for (int coarse = 4; coarse <= most_steps; coarse *= 2) {

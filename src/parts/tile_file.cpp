@@ -18,7 +18,7 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 5;
+constexpr std::uint32_t format_version = 6;
 
 /// Returns the state of a file that ends with a record that is not valid.
 TileFileEnd end_of(RecordState state) {
@@ -233,13 +233,12 @@ std::string encode_header(const TileFileHeader& header) {
 
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film) {
     const Tile tile = header.grid.tile(index);
-    ByteWriter pixels;
-    put_pixels(pixels, tile, film);
-    ByteWriter content = begin_record(RecordKind::tile, size_of_report(report) + pixels.bytes.size());
+    const std::size_t greatest_size = size_of_report(report) + greatest_size_of_pixels(tile, film);
+    ByteWriter content = begin_record(RecordKind::tile, greatest_size);
     content.put(index);
     content.put(tile);
     put_report(content, report);
-    content.bytes += pixels.bytes;
+    put_pixels(content, tile, film);
     return finish_record(std::move(content));
 }
 

@@ -1,8 +1,8 @@
 /// The pixels of a tile as bytes.
 ///
-/// The bytes contain the layers of the film one after another. A layer consists of sections: the number of pixels in
-/// the section (32 bits), the number of pixels after them that equal the last of them (32 bits), and the floats of the
-/// pixels. Large areas of a picture often have one colour, so that the bytes are few. Floats are compared bit by bit.
+/// The bytes contain the layers of the film one after another, and the rows of a layer one after another. A row consists
+/// of sections: the number of pixels in the section (32 bits), the number of pixels after them that equal the last of
+/// them (32 bits), and the floats of the pixels. Large areas of a picture often have one colour, so that the bytes are few. Floats are compared bit by bit.
 #pragma once
 
 #include "film/film.h"
@@ -10,6 +10,9 @@
 #include "render/schedule.h"
 
 namespace kagero {
+
+/// Returns an upper bound of the number of bytes that put_pixels appends.
+std::size_t greatest_size_of_pixels(const Tile& tile, const Film& film);
 
 /// Appends those pixels of a tile that are in the film.
 void put_pixels(ByteWriter& writer, const Tile& tile, const Film& film);

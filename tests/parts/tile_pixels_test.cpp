@@ -68,9 +68,9 @@ TEST(TilePixels, KeepEveryBit) {
 TEST(TilePixels, AreFewBytesIfTheyAreEqual) {
     std::mt19937 random(7);
     const Tile tile{64, 0, 96, 32};  // 27 rows of it are in the film
-    const std::size_t floats = 32 * 27 * 3;
-    for (const auto& [equal_share, fewest, most] :
-         {std::tuple{0.0, floats * 4, floats * 4 + 100}, std::tuple{1.0, std::size_t{20}, std::size_t{20}}}) {
+    const std::size_t rows = 27, floats = 32 * rows * 3, sizes = 8 * rows;  // one section for each row
+    for (const auto& [equal_share, fewest, most] : {std::tuple{0.0, floats * 4 + sizes, floats * 4 + sizes + 100},
+                                                    std::tuple{1.0, rows * 12 + sizes, rows * 12 + sizes}}) {
         Film film = film_with({"color"});
         fill(film, equal_share, random);
         ByteWriter writer;

@@ -47,9 +47,9 @@ void SurfaceFrame::begin(const Scene& scene, const DiffusePoint& point) {
 }
 
 // H is quadratic in the momentum: ∂H/∂p = γ (p − c) with the spatial block γ of the inverse metric and the vector c of
-// Module::time_tilts. Three rays determine γ. A surface at rest sees the light with the momentum p − c, whose length in
-// γ is the frequency. Its axes are covectors of unit length in γ: the first is along the conormal, and the others
-// follow by orthogonalization.
+// Module::time_tilts. A surface at rest sees the light with the momentum p − c, whose length in γ is the frequency. Three
+// rays with the same frequency determine the frame: p − c of the first is along the conormal, and the covectors of the
+// other axes follow by orthogonalization in γ.
 void SurfaceFrame::make_test_rays(const double (&tilt)[3], std::span<SurfaceRay, test_rays> rays) {
     constexpr double tangential_share = 0.1;
     const auto [e1, e2] = axes_around(point_.normal);
@@ -66,31 +66,23 @@ void SurfaceFrame::make_test_rays(const double (&tilt)[3], std::span<SurfaceRay,
 }
 
 bool SurfaceFrame::set_from_rays(std::span<const Continuation, test_rays> rays) {
-    std::array<Double3, 3> momenta, velocities;
+    std::array<Double3, test_rays> vectors;  // γ times each of the covectors
+    double square = 0;                       // square of the frequency
     for (std::size_t i = 0; i < test_rays; ++i) {
         const Continuation& ray = rays[i];
         if (!ray.exists) return false;
-        momenta[i] = subtract({ray.p[0], ray.p[1], ray.p[2]}, offset_);
-        velocities[i] = {ray.velocity[0], ray.velocity[1], ray.velocity[2]};
-    }
-    // γ = Σ_i velocity_i ⊗ dual_i, where dual_i · momentum_k = δ_ik.
-    const auto& [a, b, c] = momenta;
-    const std::array<Double3, 3> normals{cross(b, c), cross(c, a), cross(a, b)};
-    const double inverse = 1 / dot(a, normals[0]);
-    const auto raised = [&](const Double3& covector) {  // γ times a covector
-        const auto share = [&](std::size_t i) { return inverse * dot(normals[i], covector); };
-        return add(add(scaled(velocities[0], share(0)), scaled(velocities[1], share(1))),
-                   scaled(velocities[2], share(2)));
-    };
-    const double square = dot(momenta[0], velocities[0]);
-    for (std::size_t i = 0; i < 3; ++i) {
-        Double3 covector = axes_[i];
-        const Double3 vector = raised(covector);
-        for (std::size_t k = 0; k < i; ++k)
-            covector = subtract(covector, scaled(covectors_[k], dot(covectors_[k], vector) / square));
-        const double square_in_metric = dot(covector, raised(covector));
-        covectors_[i] = scaled(covector, std::sqrt(square / square_in_metric));
-        if (!(square_in_metric > 0) || !std::isfinite(dot(covectors_[i], covectors_[i]))) return false;
+        Double3 covector = subtract({ray.p[0], ray.p[1], ray.p[2]}, offset_);
+        Double3 vector{ray.velocity[0], ray.velocity[1], ray.velocity[2]};
+        if (i == 0) square = dot(covector, vector);
+        for (std::size_t k = 0; k < i; ++k) {
+            const double share = dot(covector, vectors[k]) / square;
+            covector = subtract(covector, scaled(covectors_[k], share));
+            vector = subtract(vector, scaled(vectors[k], share));
+        }
+        const double length2 = dot(covector, vector), scale = std::sqrt(square / length2);
+        if (!(length2 > 0) || !std::isfinite(scale)) return false;
+        covectors_[i] = scaled(covector, scale);
+        vectors[i] = scaled(vector, scale);
     }
     has_covectors_ = true;
     return true;

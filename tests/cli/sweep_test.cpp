@@ -47,13 +47,13 @@ TEST_F(SweepVerb, VariesKeysOfAnyType) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(rows[3 + i], expected_prefix + expected[i]);
 }
 
-// A formula may begin with a digit and contain functions of several arguments.
+// A formula may begin with a digit. Those with commas are in quotes, as for -D.
 TEST_F(SweepVerb, VariesFormulas) {
     write("lens.toml",
           "[space]\nhamiltonian = \"formula\"\nH = \"k*(px^2 + py^2 + pz^2 - n^2)\"\n[space.let]\nk = \"0.5\"\n"
           "n = \"2\"\n[integrator]\nescape_radius = 5\n");
-    const std::string trace = "trace lens.toml --rays rays.csv -D space.let.n=", one = "1+max(0.1, x^2/9)",
-                      two = "2*min(1,exp(-x^2))+0.5";
+    const std::string trace = "trace lens.toml --rays rays.csv -D space.let.n=", one = "\"1+max(0.1, x^2/9)\"",
+                      two = "2*exp(-x^2)+0.5";
     const Outcome swept = run("sweep lens.toml --vary 'space.let.n=" + one + "," + two + "' --rays rays.csv");
     ASSERT_EQ(swept.status, 0) << swept.err;
     const std::vector<std::string> rows = rows_of(swept.out);
@@ -62,7 +62,8 @@ TEST_F(SweepVerb, VariesFormulas) {
         const Outcome traced = run(trace + "'" + formula + "'");
         ASSERT_EQ(traced.status, 0) << traced.err;
         const std::vector<std::string> expected = rows_of(traced.out);
-        for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(rows[first + i].ends_with("," + expected[i])) << rows[first + i];
+        for (std::size_t i = 0; i < 3; ++i)
+            EXPECT_TRUE(rows[first + i].ends_with("," + expected[i])) << rows[first + i];
     };
     expect(one, 0);
     expect(two, 3);
@@ -108,6 +109,7 @@ TEST_F(SweepVerb, RefusesWrongValues) {
         {"--vary space.rg=0,x --rays rays.csv", "set 1 of the sweep: -D space.rg=x: space.rg = \"x\" is not legal"},
         {"--vary space.rg=0,1e --rays rays.csv", "--vary space.rg: '1e' is not a finite number"},
         {"--vary space.rg=0,nan --rays rays.csv", "--vary space.rg: 'nan' is not a finite number"},
+        {"--vary 'space.let.n=1+max(0.1,x),2' --rays rays.csv", "-D space.let.n=1+max(0.1,x): Error while parsing"},
         {"--vary space.rg=0,,1 --rays rays.csv", "'0,,1' contains an empty value"},
         {"--vary space.rg= --rays rays.csv", "'' contains an empty value"},
         {"--vary integrator.method=dp85,gaus8 --rays rays.csv", "set 1 of the sweep: -D integrator.method=gaus8"},

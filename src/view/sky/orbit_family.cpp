@@ -48,15 +48,14 @@ Double3 position_of_camera(const Plan& plan) {
 /// Divides every cell into two, or an interval without ends into `first_cells` cells. Ends that the interval has
 /// already are kept; the indices of the others, which must be traced, are added to `missing`.
 void divide(OrbitInterval& interval, std::uint32_t first_cells, std::vector<std::size_t>& missing) {
-    const std::size_t before = interval.error.size(), cells = before == 0 ? first_cells : 2 * before;
+    const std::size_t before = interval.cells.size(), cells = before == 0 ? first_cells : 2 * before;
     std::vector<PlanarEnd> ends(cells + 1);
     for (std::size_t i = 0; i <= cells; ++i) {
         if (before != 0 && i % 2 == 0) ends[i] = interval.ends[i / 2];
         else missing.push_back(i);
     }
     interval.ends = std::move(ends);
-    interval.error.resize(cells);
-    interval.magnification.resize(cells);
+    interval.cells.resize(cells);
 }
 
 }  // namespace
@@ -68,6 +67,7 @@ OrbitFamily::OrbitFamily(const Plan& plan) : intervals_(interval_count) {
     const Double3 other = std::abs(radial[0]) < 0.5 ? Double3{1, 0, 0} : Double3{0, 1, 0};
     const Double3 across = unit(cross(radial, other));
     axes_ = {radial, across, cross(radial, across)};
+    for (std::size_t b = 0; b < 3; ++b) std::copy(axes_[b].begin(), axes_[b].end(), float_axes_[b].begin());
 }
 
 void OrbitFamily::trace(const Plan& plan, const std::vector<std::uint32_t>& intervals, std::uint32_t first_cells) {
@@ -78,7 +78,7 @@ void OrbitFamily::trace(const Plan& plan, const std::vector<std::uint32_t>& inte
         OrbitInterval& interval = intervals_[intervals[i]];
         divide(interval, first_cells, missing[i]);
         for (const std::size_t end : missing[i]) {
-            const double share = double(end) / double(interval.error.size());
+            const double share = double(end) / double(interval.cells.size());
             const auto [radial, transverse] = components_at((intervals[i] + share) * width);
             directions.push_back(add(scaled(axes_[0], radial), scaled(axes_[1], transverse)));
         }
@@ -92,12 +92,17 @@ void OrbitFamily::trace(const Plan& plan, const std::vector<std::uint32_t>& inte
             interval.ends[end] = {float(dot(direction, axes_[0])), float(dot(direction, axes_[1])), next->kind};
             ++next;
         }
-        const std::size_t cells = interval.error.size();
+        const std::size_t cells = interval.cells.size();
         for (std::size_t cell = 0; cell < cells; ++cell) {
             const double first = (intervals[i] + double(cell) / double(cells)) * width;
-            interval.error[cell] = error_of_cell(interval.ends, cell);
-            interval.magnification[cell] = magnification_of_cell(interval.ends[cell], interval.ends[cell + 1], first,
-                                                                 first + width / double(cells));
+            const PlanarEnd &a = interval.ends[cell], &b = interval.ends[cell + 1];
+            interval.cells[cell] = {a.radial,
+                                    a.transverse,
+                                    b.radial - a.radial,
+                                    b.transverse - a.transverse,
+                                    error_of_cell(interval.ends, cell),
+                                    magnification_of_cell(a, b, first, first + width / double(cells)),
+                                    a.kind};
         }
     }
 }
@@ -110,10 +115,11 @@ void OrbitFamily::refine(const Plan& plan, double max_error, double first_width,
     for (;;) {
         std::vector<std::uint32_t> coarse;
         for (std::uint32_t i = 0; i < interval_count; ++i) {
-            const auto& error = intervals_[i].error;
-            const bool can_refine = error.size() < most_cells && width / double(error.size()) > least_width;
-            const auto is_great = [&](float e) { return e > max_error; };
-            if (error.empty() || (can_refine && std::any_of(error.begin(), error.end(), is_great))) coarse.push_back(i);
+            const auto& cells = intervals_[i].cells;
+            const bool can_refine = cells.size() < most_cells && width / double(cells.size()) > least_width;
+            const auto is_coarse = [&](const OrbitCell& cell) { return cell.error > max_error; };
+            if (cells.empty() || (can_refine && std::any_of(cells.begin(), cells.end(), is_coarse)))
+                coarse.push_back(i);
         }
         if (coarse.empty()) return;
         trace(plan, coarse, first_cells);

@@ -23,12 +23,20 @@ struct PlanarEnd {
     SkyEnd::Kind kind = SkyEnd::Kind::other;
 };
 
-/// Cells of equal width, with `ends.size() − 1` elements in the other lists.
+/// The ends of the rays between two rays of the list, in floats for fast lookups.
+struct OrbitCell {
+    float radial = 0, transverse = 0;              ///< The end at the begin of the cell,
+    float radial_change = 0, transverse_change = 0;  ///< and its change within the cell.
+    /// Estimated error of the direction in radians; infinity if the rays of the cell must be traced.
+    float error = std::numeric_limits<float>::infinity();
+    float magnification = 0.5f;  ///< Angle on the sky per angle of view.
+    SkyEnd::Kind kind = SkyEnd::Kind::other;
+};
+
+/// Cells of equal width, and the ends at their borders: one more than cells.
 struct OrbitInterval {
     std::vector<PlanarEnd> ends;
-    /// For each cell, the estimated error of the direction in radians; infinity if the rays of the cell must be traced.
-    std::vector<float> error;
-    std::vector<float> magnification;  ///< For each cell, angle on the sky per angle of view.
+    std::vector<OrbitCell> cells;
 };
 
 class OrbitFamily {
@@ -54,19 +62,19 @@ public:
         const float in_intervals = row.tau[i] * (0.5f * interval_count);
         const std::uint32_t index = std::min(std::uint32_t(in_intervals), interval_count - 1);
         const OrbitInterval& interval = intervals_[index];
-        const auto cells = std::uint32_t(interval.error.size());
+        const auto cells = std::uint32_t(interval.cells.size());
         const float in_cells = (in_intervals - float(index)) * float(cells);
-        const std::uint32_t cell = std::min(std::uint32_t(in_cells), cells - 1);
-        const PlanarEnd &a = interval.ends[cell], &b = interval.ends[cell + 1];
-        const float share = in_cells - float(cell), radial = a.radial + share * (b.radial - a.radial),
-                    transverse = a.transverse + share * (b.transverse - a.transverse),
+        const std::uint32_t number = std::min(std::uint32_t(in_cells), cells - 1);
+        const OrbitCell& cell = interval.cells[number];
+        const float share = in_cells - float(number), radial = cell.radial + share * cell.radial_change,
+                    transverse = cell.transverse + share * cell.transverse_change,
                     across = transverse * row.across[i], upward = transverse * row.upward[i];
         MapEnd end;
         for (std::size_t k = 0; k < 3; ++k)
-            end.direction[k] = float(radial * axes_[0][k] + across * axes_[1][k] + upward * axes_[2][k]);
-        end.kind = a.kind;
-        end.error = interval.error[cell];
-        end.magnification = interval.magnification[cell] * row.inverse_length[i];
+            end.direction[k] = radial * float_axes_[0][k] + across * float_axes_[1][k] + upward * float_axes_[2][k];
+        end.kind = cell.kind;
+        end.error = cell.error;
+        end.magnification = cell.magnification * row.inverse_length[i];
         return end;
     }
     std::uint64_t rays() const { return rays_; }  ///< Returns the number of rays traced for the family.
@@ -78,6 +86,7 @@ private:
     void trace(const Plan& plan, const std::vector<std::uint32_t>& intervals, std::uint32_t first_cells);
 
     std::array<Double3, 3> axes_;  ///< The radial direction, and two unit vectors perpendicular to it.
+    std::array<std::array<float, 3>, 3> float_axes_;
     std::vector<OrbitInterval> intervals_;
     std::uint64_t rays_ = 0;
     double seconds_ = 0;

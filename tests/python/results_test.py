@@ -168,6 +168,23 @@ class TraceTest(unittest.TestCase):
         for name in one:
             np.testing.assert_array_equal(one[name], several[name])
 
+    def test_batches_are_independent(self):
+        """Longer lists are traced in batches of 2^18 rays."""
+        scene = kagero.scene(HOLE, {"integrator.method": "rk4", "integrator.step": 0.2})
+        directions = np.random.default_rng(3).normal(size=((1 << 18) + 1000, 3)) + [3, 0, 0]
+        columns = ["ray", "status", "object", "x", "y", "z", "px", "pt", "steps", "reason"]
+        progress = []
+        whole = scene.trace([-8, 0, 0], directions, columns=columns,
+                            progress=lambda done, seconds: progress.append(done))
+        first = 1 << 17
+        for begin, end in ((0, first), (first, len(directions))):
+            part = scene.trace([-8, 0, 0], directions[begin:end], columns=columns)
+            np.testing.assert_array_equal(part["ray"] + begin, whole["ray"][begin:end])
+            for column in columns[1:]:
+                np.testing.assert_array_equal(part[column], whole[column][begin:end])
+        self.assertEqual(progress, sorted(progress))
+        self.assertTrue(all(0 <= done <= 1 for done in progress))
+
     def test_mirrors(self):
         ends = kagero.load(SCENES / "mirror-room.toml").trace(
             [0, -0.6, 0], np.random.default_rng(1).normal(size=(200, 3)), bounces=5)

@@ -13,6 +13,9 @@ namespace I = x86::Inst;
 /// Returns the operand as a register number; −1 if it is in memory.
 int number_of(const Operand& operand) { return operand.isReg() ? int(operand.as<x86::Vec>().id()) : -1; }
 
+/// Returns true if two numbers have the same bits. Unlike ==, this distinguishes 0 from −0, and a NaN equals itself.
+bool same_bits(double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); }
+
 /// Identifiers of an instruction: for double and float, with the encodings of AVX and SSE.
 struct Ids {
     asmjit::InstId avx_double, avx_float, sse_double, sse_float;
@@ -48,9 +51,8 @@ x86::Vec VectorAssembler::reg(int r) const {
 }
 
 x86::Mem VectorAssembler::constant(double value) {
-    const auto bits = std::bit_cast<std::uint64_t>(value);
-    const auto same = [bits](double other) { return std::bit_cast<std::uint64_t>(other) == bits; };
-    const auto found = std::find_if(constants_.begin(), constants_.end(), same);
+    const auto found =
+        std::find_if(constants_.begin(), constants_.end(), [&](double other) { return same_bits(other, value); });
     const auto index = int(found - constants_.begin());
     if (found == constants_.end()) constants_.push_back(value);
     if (type_.isa != InstructionSet::avx512)
@@ -66,10 +68,11 @@ x86::Mem VectorAssembler::constant(double value) {
 }
 
 x86::Mem VectorAssembler::lane_constant(double value, int lane) {
-    const std::pair wanted{value, lane};
-    const auto found = std::find(lane_constants_.begin(), lane_constants_.end(), wanted);
+    const auto found = std::find_if(lane_constants_.begin(), lane_constants_.end(), [&](const auto& other) {
+        return same_bits(other.first, value) && other.second == lane;
+    });
     const auto index = int(found - lane_constants_.begin());
-    if (found == lane_constants_.end()) lane_constants_.push_back(wanted);
+    if (found == lane_constants_.end()) lane_constants_.push_back({value, lane});
     return x86::ptr(lane_constants_label_, index * register_size_, std::uint32_t(register_size_));
 }
 

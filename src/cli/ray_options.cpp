@@ -53,8 +53,8 @@ bool begins_as_number(const std::string& text) {
     return text.find_first_of("0123456789") <= text.find_first_not_of("+-.");
 }
 
-/// Returns true if a value of --vary is meant as a number, possibly with a mistake. A text with an operator of formulas,
-/// such as 2*x or 1+x, is not.
+/// Returns true if a value of --vary is meant as a number, possibly with a mistake. A text with an operator of
+/// formulas, such as 2*x or 1+x, is not.
 bool is_number(const std::string& value) {
     if (value == "nan" || value == "inf") return true;
     const std::size_t sign = value.find_first_of("+-", 1);

@@ -4,6 +4,7 @@
 #include "error.h"
 #include "parts/bytes.h"
 #include "ranks/joint_work.h"
+#include "ranks/tile_supply.h"
 
 #include <algorithm>
 
@@ -42,24 +43,47 @@ RankReport decode(const std::string& bytes) {
     return report;
 }
 
-/// Returns, for each tile of the grid, whether this rank renders it.
-std::vector<bool> tiles_of_rank(const Communicator& ranks, const TileFileHeader& header, const TileResults& results) {
-    std::vector<bool> own(header.grid.count());
-    std::uint64_t next = 0;  // number of the next tile that is dealt out
-    const auto count = static_cast<std::uint64_t>(ranks.size()), rank = static_cast<std::uint64_t>(ranks.rank());
-    for (std::uint64_t index = 0; index < own.size(); ++index)
-        if (header.part.contains(index) && !results.has(index)) own[index] = next++ % count == rank;
-    return own;
+/// The tiles of a picture that are not finished. One half is divided before the render; the other half is dealt out while
+/// the ranks render, because their speeds may differ.
+struct TileDivision {
+    std::vector<bool> own;                ///< For each tile of the grid, whether it is this rank's from the beginning.
+    std::vector<std::uint64_t> supplied;  ///< The numbers of the tiles that are dealt out later.
+
+    TileDivision(const Communicator& ranks, const TileFileHeader& header, const TileResults& results)
+        : own(header.grid.count()) {
+        const auto count = static_cast<std::uint64_t>(ranks.size()), rank = static_cast<std::uint64_t>(ranks.rank());
+        std::uint64_t next = 0;  // number of the next tile that is dealt out
+        for (std::uint64_t index = 0; index < own.size(); ++index) {
+            if (!header.part.contains(index) || results.has(index)) continue;
+            const std::uint64_t turn = next++;
+            if (turn % 2 == 0) own[index] = turn / 2 % count == rank;
+            else supplied.push_back(index);
+        }
+    }
+};
+
+/// Makes a run render the tiles of a supply after its own ones.
+void add_supply(RunControl& control, TileSupply& supply, const TileGrid& grid, const std::atomic<bool>& stop) {
+    control.further_tile = [&supply, &grid, &stop]() -> std::optional<Tile> {
+        const std::optional<std::uint64_t> index = supply.next(stop);
+        if (!index) return {};
+        return grid.tile(*index);
+    };
 }
 
 /// The render of rank 0: it renders its tiles, and receives those of the others.
 class TileGathering {
 public:
-    TileGathering(Communicator& ranks, const TileFileHeader& header, Film& film, TileResults& results, Journal* journal,
-                  const RunControl& control, LinkTimes times)
+    TileGathering(Communicator& ranks, const TileFileHeader& header, std::vector<std::uint64_t> supplied, Film& film,
+                  TileResults& results, Journal* journal, const RunControl& control, LinkTimes times)
         : header_(header), film_(film), results_(results), journal_(journal), control_(control),
           earlier_tiles_(results.count()), earlier_rays_(results.totals().sums.rays),
-          work_(ranks, control.stop, times) {
+          supply_(ranks.size(), std::move(supplied), {}), work_(ranks, control.stop, times) {
+        work_.answer_request = [this] {
+            ByteWriter share;
+            share.put_list(supply_.take_share());
+            return share.bytes;
+        };
         work_.receive_result = [this](const RankMessage& message) { receive(message); };
         work_.observe = [this] { observe(); };
     }
@@ -68,6 +92,7 @@ public:
         own_control.stop = work_.stop();
         own_control.progress = {};
         own_control.film_mutex = &film_mutex_;
+        add_supply(own_control, supply_, header_.grid, *work_.stop());
         own_control.tile_finished = [this](const Tile& tile, const TileReport& tile_report) {
             const std::uint64_t index = header_.grid.index_of(tile);
             if (journal_) journal_->append(encode_tile(header_, index, tile_report, film_));
@@ -132,21 +157,28 @@ private:
     const std::uint64_t earlier_tiles_, earlier_rays_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     std::shared_mutex film_mutex_;
+    TileSupply supply_;
     JointWork work_;  ///< The last member, because its thread uses the others.
 };
 
 /// Renders the tiles of another rank, and sends them to rank 0.
 RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileHeader& header, Film& film,
                           RunControl control, LinkTimes times) {
-    JointWork work(ranks, control.stop, times);
-    control.stop = work.stop();
+    std::optional<JointWork> work;  // its thread uses the supply
+    TileSupply supply(ranks.size(), {}, [&] { work->post_request(); });
+    work.emplace(ranks, control.stop, times);
+    work->receive_answer = [&](const std::string& bytes) {
+        supply.receive(ByteReader(bytes).get_list<std::uint64_t>());
+    };
+    add_supply(control, supply, header.grid, *work->stop());
+    control.stop = work->stop();
     control.progress = {};
     control.snapshot_requested = nullptr;
     control.tile_film_finished = [&](const Tile& tile, const TileReport& report, const Film& pixels) {
-        work.post_result(encode_tile(header, header.grid.index_of(tile), report, pixels));
+        work->post_result(encode_tile(header, header.grid.index_of(tile), report, pixels));
     };
     RunReport report;
-    work.run([&] {
+    work->run([&] {
         report = render_with_errors(plan, film, control);
         return encode(report, ranks.host());
     });
@@ -157,11 +189,12 @@ RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileH
 
 RunReport render_on_ranks(Communicator& ranks, const Plan& plan, const TileFileHeader& header, Film& film,
                           TileResults& results, Journal* journal, const RunControl& control, LinkTimes times) {
-    const std::vector<bool> own = tiles_of_rank(ranks, header, results);
+    TileDivision tiles(ranks, header, results);
     RunControl own_control = control;
-    own_control.selects_tile = [&](const Tile& tile) { return own[header.grid.index_of(tile)]; };
+    own_control.selects_tile = [&](const Tile& tile) { return tiles.own[header.grid.index_of(tile)]; };
     if (ranks.rank() > 0) return render_for_root(ranks, plan, header, film, own_control, times);
-    return TileGathering(ranks, header, film, results, journal, control, times).run(plan, ranks.host(), own_control);
+    return TileGathering(ranks, header, std::move(tiles.supplied), film, results, journal, control, times)
+        .run(plan, ranks.host(), own_control);
 }
 
 }  // namespace kagero

@@ -8,7 +8,8 @@
 namespace kagero {
 
 /// Renders the tiles of the header that `results` does not contain, on all ranks. Every rank needs the same header and
-/// results. The tiles are dealt out one by one, so that all ranks have similar costs. Rank 0 receives the pixels and
+/// results. Half of the tiles are divided before the render, and rank 0 deals out the others during the render, so that
+/// all ranks end at about the same time. Rank 0 receives the pixels and
 /// reports of all tiles in film and results, and appends the tiles to the journal if it is not null. Film and results
 /// of the other ranks do not change; their films need no planes.
 ///

@@ -49,6 +49,7 @@ void JointWork::do_own_work(const std::function<std::string()>& own_work) {
 void JointWork::receive(const RankMessage& message) {
     if (is_root()) return receive_at_root(message);
     if (message.kind == over_message) return link_.finish();
+    if (message.kind == answer_message) return receive_answer(message.bytes);
     stop_ = stop_is_announced_ = true;
 }
 
@@ -56,6 +57,7 @@ void JointWork::receive(const RankMessage& message) {
 void JointWork::receive_at_root(const RankMessage& message) {
     try {
         if (message.kind == result_message) return receive_result(message);
+        if (message.kind == request_message) return link_.post(message.from, answer_message, answer_request());
         stop_ = stop_ || message.kind == stop_message;
         if (message.kind != end_message) return;
         End& end = ends_[static_cast<std::size_t>(message.from)];

@@ -13,6 +13,10 @@ public:
 
     /// Rank 0: handles a result of another rank. Called in the thread of the link. If it throws, all ranks end early.
     std::function<void(const RankMessage&)> receive_result;
+    /// Rank 0: returns the answer to a request of another rank. Called in the thread of the link.
+    std::function<std::string()> answer_request;
+    /// Other ranks: handles the answer to a request. Called in the thread of the link.
+    std::function<void(const std::string&)> receive_answer;
     /// Rank 0: called between messages, in the thread of the link, for example to show progress.
     std::function<void()> observe = [] {};
 
@@ -25,6 +29,9 @@ public:
     /// Other ranks: sends a result to rank 0. May be called from any thread.
     void post_result(std::string bytes) { link_.post(0, result_message, std::move(bytes)); }
 
+    /// Other ranks: sends a request to rank 0. May be called from any thread.
+    void post_request() { link_.post(0, request_message, ""); }
+
     /// Calls `own_work`, which returns a text about its end, and waits until all ranks have ended. Returns these texts
     /// of all ranks on rank 0, and an empty list on the others. Throws the exception of `own_work`, on rank 0 also that
     /// of `receive_result` and RunError if another rank has failed, and LostRank if a rank is lost.
@@ -36,7 +43,9 @@ private:
         result_message = 1,  ///< To rank 0: a result.
         stop_message,        ///< All ranks end early.
         end_message,         ///< To rank 0: the work of the sender is done.
-        over_message         ///< From rank 0: all ranks have ended.
+        over_message,        ///< From rank 0: all ranks have ended.
+        request_message,     ///< To rank 0: a request.
+        answer_message       ///< From rank 0: the answer to a request.
     };
     /// The end of the work of a rank.
     struct End {

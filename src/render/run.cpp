@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include <time.h>
 #include <x86intrin.h>
@@ -80,21 +81,19 @@ public:
     /// Processes tiles as thread number `thread` until all are taken or the run is cancelled. If one thread throws, the
     /// others take no further tiles.
     void process_tiles(unsigned thread, ThreadData& data) try {
-        for (std::size_t i = next_++; i < work_.tiles.size() && !cancelled(); i = next_++) {
-            const double begin = seconds();
-            if (!process(i, thread, data)) return;
-            data.time.finished = seconds();
-            data.time.busy += data.time.finished - begin;
-            ++data.time.tiles;
-            ++finished_;
-            report_progress(cost(i));
+        for (std::size_t i = next_++; i < work_.tiles.size(); i = next_++)
+            if (!take(data, cost(i), [&] { return process(i, thread, data); })) return;
+        while (control_.further_tile && !is_cut_off_) {
+            const std::optional<Tile> tile = control_.further_tile();
+            if (!tile || !take(data, 0, [&] { return trace_and_finish(*tile, data, nullptr); })) return;
         }
     } catch (...) {
         next_ = work_.tiles.size();
+        is_cut_off_ = true;
         throw;
     }
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
-    bool complete() const { return finished_ == work_.tiles.size(); }
+    bool complete() const { return !is_cut_off_; }
     bool out_of_time() const { return out_of_time_ && !complete(); }
 
 private:
@@ -123,6 +122,20 @@ private:
         if (now > control_.time_limit) out_of_time_ = true;
         if (!out_of_time_ && !(control_.stop && control_.stop->load(std::memory_order_relaxed))) return false;
         for (double earliest = cancelled_at_; now < earliest && !cancelled_at_.compare_exchange_weak(earliest, now);) {}
+        return true;
+    }
+    /// Calls process(), which processes a tile, unless the run is cancelled. Returns false if the tile is not finished.
+    template <class Process>
+    bool take(ThreadData& data, double cost, const Process& process) {
+        const double begin = seconds();
+        if (cancelled() || !process()) {
+            is_cut_off_ = true;
+            return false;
+        }
+        data.time.finished = seconds();
+        data.time.busy += data.time.finished - begin;
+        ++data.time.tiles;
+        report_progress(cost);
         return true;
     }
     /// Processes a tile and records its measurements if they are requested. Returns false if the tile was cancelled.
@@ -239,7 +252,7 @@ private:
     double total_cost_ = 0;                  ///< Cost of all tiles.
     std::atomic<double> finished_cost_ = 0;  ///< Cost of the finished tiles.
     std::atomic<std::size_t> next_ = 0;      ///< Index of the next tile.
-    std::atomic<std::size_t> finished_ = 0;  ///< Number of finished tiles.
+    std::atomic<bool> is_cut_off_ = false;   ///< True if a tile that was taken is not finished.
     std::atomic<bool> out_of_time_ = false;
     /// Time when the run was cancelled, in seconds since it began; infinity if it is not cancelled.
     std::atomic<double> cancelled_at_ = std::numeric_limits<double>::infinity();

@@ -4,9 +4,13 @@
 #include "ranks/joint_work.h"
 #include "ranks/shared_scene.h"
 #include "ranks/shared_tiles.h"
+#include "ranks/tile_supply.h"
 #include "scene/load/load.h"
 #include "tests/support/local_ranks.h"
 #include "tests/support/part_fixture.h"
+
+#include <numeric>
+#include <thread>
 
 namespace kagero::test {
 namespace {
@@ -62,7 +66,7 @@ TEST_F(Ranks, GiveTheSamePictureForAnyNumber) {
     }
 }
 
-// A rank that never answers is lost. Rank 0 keeps its own tiles in the journal.
+// A rank that never answers is lost. The journal keeps all tiles but those that were given to it before the render.
 TEST_F(Ranks, KeepTheJournalIfOneIsLost) {
     Options options;
     options.threads = 1;
@@ -82,7 +86,51 @@ TEST_F(Ranks, KeepTheJournalIfOneIsLost) {
     Film film = journal.header()->film();
     TileResults results;
     EXPECT_EQ(journal.read(film, results), 0u);
-    EXPECT_EQ(results.count(), (journal.header()->grid.count() + 1) / 2);
+    const std::uint64_t tiles = journal.header()->grid.count(), of_lost_rank = (tiles + 1) / 2 / 2;
+    EXPECT_GT(of_lost_rank, 0u);
+    EXPECT_EQ(results.count(), tiles - of_lost_rank);
+}
+
+// Rank 1 answers requests as the link does, from another thread. Each of its tiles takes three times as long.
+TEST(TileSupply, GivesEveryTileOnceAndMoreOfThemToFasterRanks) {
+    constexpr std::uint64_t tiles = 400;
+    std::vector<std::uint64_t> left(tiles);
+    std::iota(left.begin(), left.end(), 0);
+    TileSupply root(2, left, {});
+    std::atomic<int> requests = 0;
+    const std::atomic<bool> stop = false;
+    TileSupply other(2, {}, [&] { ++requests; });
+    std::atomic<bool> is_done = false;
+    std::thread link([&] {
+        while (!is_done) {
+            for (; requests > 0; --requests) other.receive(root.take_share());
+            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+    });
+    std::vector<std::uint64_t> of_root, of_other;
+    const auto render = [&](TileSupply& supply, std::vector<std::uint64_t>& rendered, int microseconds) {
+        while (const auto tile = supply.next(stop)) {
+            rendered.push_back(*tile);
+            std::this_thread::sleep_for(std::chrono::microseconds(microseconds));
+        }
+    };
+    std::thread slow([&] { render(other, of_other, 600); });
+    render(root, of_root, 200);
+    slow.join();
+    is_done = true;
+    link.join();
+    EXPECT_GT(of_root.size(), of_other.size());
+    EXPECT_GT(of_other.size(), tiles / 20);
+    std::vector<std::uint64_t> all = of_root;
+    all.insert(all.end(), of_other.begin(), of_other.end());
+    std::sort(all.begin(), all.end());
+    EXPECT_EQ(all, left);
+}
+
+TEST(TileSupply, EndsIfTheRunIsStopped) {
+    const std::atomic<bool> stop = true;
+    TileSupply other(2, {}, [] {});
+    EXPECT_FALSE(other.next(stop));
 }
 
 TEST_F(Ranks, EndIfOneFails) {

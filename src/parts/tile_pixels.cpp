@@ -91,7 +91,8 @@ void put_row(ByteWriter& writer, const float* row, std::uint32_t count) {
 }
 
 /// Reads a row of pixels that put_row<channels> has written.
-void get_row(ByteReader& reader, float* row, std::uint32_t count, std::size_t channels) {
+template <std::size_t channels>
+void get_row(ByteReader& reader, float* row, std::uint32_t count) {
     for (std::uint32_t begin = 0; begin < count;) {
         const auto [pixels, repetitions] = reader.get<SectionSize>();
         if (pixels == 0 || pixels > count - begin || repetitions > count - begin - pixels)
@@ -99,10 +100,8 @@ void get_row(ByteReader& reader, float* row, std::uint32_t count, std::size_t ch
         reader.get_raw(row + begin * channels, pixels * channels * sizeof(float));
         begin += pixels;
         const float* const last = row + (begin - 1) * channels;
-        float* const repeated = row + begin * channels;
-        for (std::size_t i = 0; i < repetitions * channels; ++i)  // copies the bits, also those of a NaN
-            std::memcpy(repeated + i, last + i % channels, sizeof(float));
-        begin += repetitions;
+        for (const std::uint32_t end = begin + repetitions; begin < end; ++begin)  // copies also the bits of a NaN
+            std::memcpy(row + begin * channels, last, channels * sizeof(float));
     }
 }
 
@@ -138,7 +137,9 @@ void get_pixels(ByteReader& reader, const Tile& tile, Film& film) {
         const std::size_t channels = layer->channels.size();
         std::vector<float> unused(film.plane(layer->name) ? 0 : (pixels.x1 - pixels.x0) * channels);
         for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](float* row, std::uint32_t count) {
-            get_row(reader, row ? row : unused.data(), count, channels);
+            float* const to = row ? row : unused.data();
+            if (channels == 3) get_row<3>(reader, to, count);
+            else get_row<1>(reader, to, count);
         });
     }
 }

@@ -21,8 +21,8 @@ struct SectionSize {
     std::uint32_t pixels, repetitions;
 };
 
-/// Calls visit(first float in the plane, number of pixels) for each row of pixels. `plane` is the first float of a layer
-/// with this number of channels, or null; the first float is then null, too.
+/// Calls visit(first float in the plane, number of pixels) for each row of pixels. `plane` is the first float of a
+/// layer with this number of channels, or null; the first float is then null, too.
 template <class Float, class Visit>
 void for_each_pixel_row(const Tile& pixels, const Film& film, Float* plane, std::size_t channels, const Visit& visit) {
     const CropWindow& window = film.window();
@@ -112,8 +112,8 @@ std::size_t greatest_size_of_pixels(const Tile& tile, const Film& film) {
     std::size_t size = 0;
     // Each section but the last one of a row has at least three pixels with its repetitions.
     for (const LayerInfo* layer : film.layers())
-        size += pixels * layer->channels.size() * sizeof(float) +
-                (pixels / 3 + tile.y1 - tile.y0) * sizeof(SectionSize);
+        size +=
+            pixels * layer->channels.size() * sizeof(float) + (pixels / 3 + tile.y1 - tile.y0) * sizeof(SectionSize);
     return size;
 }
 
@@ -122,11 +122,10 @@ void put_pixels(ByteWriter& writer, const Tile& tile, const Film& film) {
     if (has_no_pixels(pixels)) return;
     for (const LayerInfo* layer : film.layers()) {
         const std::size_t channels = layer->channels.size();
-        for_each_pixel_row(pixels, film, film.plane(layer->name), channels,
-                           [&](const float* row, std::uint32_t count) {
-                               if (channels == 3) put_row<3>(writer, row, count);
-                               else put_row<1>(writer, row, count);
-                           });
+        for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](const float* row, std::uint32_t count) {
+            if (channels == 3) put_row<3>(writer, row, count);
+            else put_row<1>(writer, row, count);
+        });
     }
 }
 

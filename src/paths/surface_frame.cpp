@@ -47,9 +47,9 @@ void SurfaceFrame::begin(const Scene& scene, const DiffusePoint& point) {
 }
 
 // H is quadratic in the momentum: ∂H/∂p = γ (p − c) with the spatial block γ of the inverse metric and the vector c of
-// Module::time_tilts. A surface at rest sees the light with the momentum p − c, whose length in γ is the frequency. Three
-// rays with the same frequency determine the frame: p − c of the first is along the conormal, and the covectors of the
-// other axes follow by orthogonalization in γ.
+// Module::time_tilts. A surface at rest sees the light with the momentum p − c, whose length in γ is the frequency.
+// Three rays with the same frequency determine the frame: p − c of the first is along the conormal, and the covectors
+// of the other axes follow by orthogonalization in γ.
 void SurfaceFrame::make_test_rays(const double (&tilt)[3], std::span<SurfaceRay, test_rays> rays) {
     constexpr double tangential_share = 0.1;
     const auto [e1, e2] = axes_around(point_.normal);

@@ -19,14 +19,15 @@ struct DiffusePoint {
     /// Unit normal that determines the brightness, on the same side: it is interpolated between the vertex normals of a
     /// mesh. Without them, it is `normal`.
     Double3 shading_normal{};
-    double pt = 0;                             ///< p_t of the ray, scaled to |p_t| = 1.
+    double pt = 0;  ///< p_t of the ray, scaled to |p_t| = 1.
 };
 
 /// The frame in which a diffuse surface is at rest, at one point. In a spacetime, it is the rest frame of the static
 /// observer there. In a medium without p_t, it is that of the coordinates, and directions are those of dq/dλ.
 class SurfaceFrame {
 public:
-    /// Returns false if no matter can be at rest at the point, as inside an ergosphere. The frame then has no other use.
+    /// Returns false if no matter can be at rest at the point, as inside an ergosphere. The frame then has no other
+    /// use.
     bool exists() const { return exists_; }
     /// Returns the unit normal toward the side of the ray, in the axes of the frame.
     const Double3& normal() const { return normal_; }

@@ -99,7 +99,8 @@ private:
     void continue_ray(std::uint32_t ray, const SurfaceInteraction& interaction);
     /// Adds the light that a surface emits to a path. Returns the colour of the surface.
     DiffuseColor add_emission(std::uint32_t ray, const DiffusePoint& point);
-    /// Adds the light that a diffuse surface emits, and adds the ray to those that are scattered unless roulette ends it.
+    /// Adds the light that a diffuse surface emits, and adds the ray to those that are scattered unless roulette ends
+    /// it.
     void meet_diffuse_surface(std::uint32_t ray, const SurfaceInteraction& interaction);
     /// Continues the rays of `scattered_` in random directions.
     void scatter_rays();
@@ -141,7 +142,7 @@ private:
     std::vector<std::uint32_t> continuing_;
     std::vector<RayAtSurface> hits_;
     InteractionSolver solver_;
-    std::vector<std::uint32_t> scattered_;       ///< Rays at diffuse surfaces,
+    std::vector<std::uint32_t> scattered_;      ///< Rays at diffuse surfaces,
     std::vector<DiffusePoint> scatter_points_;  ///< and their points there.
     SurfaceFrames frames_;
     Scatterer scatterer_;

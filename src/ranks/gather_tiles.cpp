@@ -43,8 +43,8 @@ RankReport decode(const std::string& bytes) {
     return report;
 }
 
-/// The tiles of a picture that are not finished. One half is divided before the render; the other half is dealt out while
-/// the ranks render, because their speeds may differ.
+/// The tiles of a picture that are not finished. One half is divided before the render; the other half is dealt out
+/// while the ranks render, because their speeds may differ.
 struct TileDivision {
     std::vector<bool> own;                ///< For each tile of the grid, whether it is this rank's from the beginning.
     std::vector<std::uint64_t> supplied;  ///< The numbers of the tiles that are dealt out later.

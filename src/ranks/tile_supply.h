@@ -15,9 +15,9 @@
 namespace kagero {
 
 /// The supply of one rank. Rank 0 owns the tiles that are left. It gives the other ranks shares of them on request, and
-/// takes shares for itself. The shares become smaller toward the end (guided self-scheduling: Polychronopoulos and Kuck,
-/// 1987), so that faster ranks get more tiles and all ranks end at about the same time. A rank requests its next share
-/// when half of its last one is left, so that it does not wait for messages.
+/// takes shares for itself. The shares become smaller toward the end (guided self-scheduling: Polychronopoulos and
+/// Kuck, 1987), so that faster ranks get more tiles and all ranks end at about the same time. A rank requests its next
+/// share when half of its last one is left, so that it does not wait for messages.
 class TileSupply {
 public:
     /// `left` are the numbers of the tiles, on rank 0; it is empty on the other ranks. `request` requests a
@@ -25,8 +25,8 @@ public:
     TileSupply(int ranks, std::vector<std::uint64_t> left, std::function<void()> request)
         : ranks_(static_cast<std::size_t>(ranks)), left_(left.begin(), left.end()), request_(std::move(request)) {}
 
-    /// Returns the number of the next tile that this rank renders. Returns nothing if no tiles are left, or if `stop` is
-    /// set. May wait for a share.
+    /// Returns the number of the next tile that this rank renders. Returns nothing if no tiles are left, or if `stop`
+    /// is set. May wait for a share.
     std::optional<std::uint64_t> next(const std::atomic<bool>& stop) {
         constexpr std::chrono::milliseconds interval_of_looks{10};
         std::unique_lock lock(mutex_);

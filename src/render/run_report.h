@@ -133,8 +133,8 @@ struct RunControl {
     std::shared_mutex* film_mutex = nullptr;
     /// Selects the tiles of a picture that are rendered. Empty: all tiles are rendered.
     std::function<bool(const Tile&)> selects_tile = {};
-    /// May be empty. Otherwise it is called when all selected tiles are taken, and returns a further tile of the picture
-    /// for the run, or nothing if there are no more. It may wait. It is called from several threads at once.
+    /// May be empty. Otherwise it is called when all selected tiles are taken, and returns a further tile of the
+    /// picture for the run, or nothing if there are no more. It may wait. It is called from several threads at once.
     std::function<std::optional<Tile>()> further_tile = {};
     /// May be empty. Otherwise it receives the measurements of all tiles, and the report of the run contains no sums of
     /// them. If it throws, the run ends with this exception.

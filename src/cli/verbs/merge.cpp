@@ -67,7 +67,7 @@ int run_merge(const Arguments& arguments, const Terminal& terminal) {
 
 }  // namespace
 
-const Verb merge_verb{"merge", "Make a picture from its parts, which `render --part` has written",
-                      declare_merge, run_merge};
+const Verb merge_verb{"merge", "Make a picture from its parts, which `render --part` has written", declare_merge,
+                      run_merge};
 
 }  // namespace kagero

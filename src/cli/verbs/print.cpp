@@ -25,7 +25,7 @@ int run_print(const Arguments& arguments, const Terminal&) {
 
 }  // namespace
 
-const Verb print_verb{"print", "Write a scene as TOML, with all overrides and default values",
-                      declare_print, run_print};
+const Verb print_verb{"print", "Write a scene as TOML, with all overrides and default values", declare_print,
+                      run_print};
 
 }  // namespace kagero

@@ -25,7 +25,7 @@ struct PlanarEnd {
 
 /// The ends of the rays between two rays of the list, in floats for fast lookups.
 struct OrbitCell {
-    float radial = 0, transverse = 0;              ///< The end at the begin of the cell,
+    float radial = 0, transverse = 0;                ///< The end at the begin of the cell,
     float radial_change = 0, transverse_change = 0;  ///< and its change within the cell.
     /// Estimated error of the direction in radians; infinity if the rays of the cell must be traced.
     float error = std::numeric_limits<float>::infinity();
@@ -67,8 +67,8 @@ public:
         const std::uint32_t number = std::min(std::uint32_t(in_cells), cells - 1);
         const OrbitCell& cell = interval.cells[number];
         const float share = in_cells - float(number), radial = cell.radial + share * cell.radial_change,
-                    transverse = cell.transverse + share * cell.transverse_change,
-                    across = transverse * row.across[i], upward = transverse * row.upward[i];
+                    transverse = cell.transverse + share * cell.transverse_change, across = transverse * row.across[i],
+                    upward = transverse * row.upward[i];
         MapEnd end;
         for (std::size_t k = 0; k < 3; ++k)
             end.direction[k] = radial * float_axes_[0][k] + across * float_axes_[1][k] + upward * float_axes_[2][k];

@@ -8,8 +8,12 @@ const std::string scene = std::string(KAGERO_SCENES) + "/hole.toml";
 
 class ViewVerbTest : public ProgramTest {};
 
+// Sends the interrupt when the viewer has written its address.
 TEST_F(ViewVerbTest, PrintsTheAddressAndEndsAfterAnInterrupt) {
-    const Outcome outcome = run("view " + scene + " --port 0 --quiet", "timeout --preserve-status -s INT 2");
+    const std::string interrupt =
+        "sh -c 'out=$(mktemp); \"$@\" > \"$out\" & while ! [ -s \"$out\" ] && kill -0 $!; do sleep 0.02; done; "
+        "kill -INT $!; wait $!; status=$?; cat \"$out\"; rm \"$out\"; exit $status' sh";
+    const Outcome outcome = run("view " + scene + " --port 0 --quiet", interrupt);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("http://127.0.0.1:")) << outcome.out;
     EXPECT_NE(outcome.out.find("/?token="), std::string::npos) << outcome.out;

@@ -6,13 +6,14 @@ namespace {
 
 const std::string scene = std::string(KAGERO_SCENES) + "/hole.toml";
 
+/// Runs a command, and sends it an interrupt when it has written its first line.
+const std::string interrupt =
+    "sh -c 'out=$(mktemp); \"$@\" > \"$out\" & while ! [ -s \"$out\" ] && kill -0 $!; do sleep 0.02; done; "
+    "kill -INT $!; wait $!; status=$?; cat \"$out\"; rm \"$out\"; exit $status' sh";
+
 class ViewVerbTest : public ProgramTest {};
 
-// Sends the interrupt when the viewer has written its address.
 TEST_F(ViewVerbTest, PrintsTheAddressAndEndsAfterAnInterrupt) {
-    const std::string interrupt =
-        "sh -c 'out=$(mktemp); \"$@\" > \"$out\" & while ! [ -s \"$out\" ] && kill -0 $!; do sleep 0.02; done; "
-        "kill -INT $!; wait $!; status=$?; cat \"$out\"; rm \"$out\"; exit $status' sh";
     const Outcome outcome = run("view " + scene + " --port 0 --quiet", interrupt);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.out.starts_with("http://127.0.0.1:")) << outcome.out;
@@ -46,9 +47,8 @@ TEST_F(ViewVerbTest, ReportsAnAddressAtWhichItCannotListen) {
 
 // The dynamic linker lists the libraries that it loads, also those that a program loads later.
 TEST_F(ViewVerbTest, IsTheOnlyVerbThatLoadsTheServer) {
-    const std::string prefix = "LD_DEBUG=files timeout --preserve-status -s INT 3";
-    const Outcome render = run("render " + scene + " --size 16x16 -o x.png", prefix),
-                  view = run("view " + scene + " --port 0", prefix);
+    const Outcome render = run("render " + scene + " --size 16x16 -o x.png", "LD_DEBUG=files"),
+                  view = run("view " + scene + " --port 0", "LD_DEBUG=files " + interrupt);
     EXPECT_EQ(render.err.find("kagero-view.so"), std::string::npos);
     EXPECT_NE(view.err.find("kagero-view.so"), std::string::npos);
 }

@@ -83,8 +83,8 @@ std::string encode_header(const TileFileHeader& header);
 /// Returns the record of a tile whose pixels are in the film. The film may be that of the tile alone.
 std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film);
 
-/// Adds the tile of a record that encode_tile returned, as read_tiles does. Returns false if the bytes
-/// are not such a record of a new tile of the part; the pixels of the film are then not meaningful.
+/// Adds the tile of a record that encode_tile returned, as read_tiles does. Returns false if the bytes are not
+/// such a record of a new tile of the part; the pixels of the film are then not meaningful.
 bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results);
 
 /// Writes a part with the tiles of `results`, which keeps their records, as write_file does. If some tiles of the part

@@ -22,7 +22,7 @@ struct Segments {
         has_scattered_rays = false;
     }
     /// Groups the rays by the signs of the components of their momenta. Rays in a packet then meet the same surfaces
-    /// more often: random rays in a room take a seventh less time.
+    /// more often.
     void group_by_octant();
 
 private:

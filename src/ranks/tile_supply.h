@@ -20,8 +20,8 @@ namespace kagero {
 /// share when half of its last one is left, so that it does not wait for messages.
 class TileSupply {
 public:
-    /// `left` are the numbers of the tiles, on rank 0; it is empty on the other ranks. `request` requests a
-    /// share; it is empty on rank 0.
+    /// `left` are the numbers of the tiles, on rank 0; it is empty on the other ranks. `request` sends a
+    /// request for a share to rank 0; it is empty on rank 0.
     TileSupply(int ranks, std::vector<std::uint64_t> left, std::function<void()> request)
         : ranks_(static_cast<std::size_t>(ranks)), left_(left.begin(), left.end()), request_(std::move(request)) {}
 

@@ -25,7 +25,7 @@ struct PlanarEnd {
 
 /// The ends of the rays between two rays of the list, in floats for fast lookups.
 struct OrbitCell {
-    float radial = 0, transverse = 0;                ///< The end at the begin of the cell,
+    float radial = 0, transverse = 0;                ///< The end at the first ray of the cell,
     float radial_change = 0, transverse_change = 0;  ///< and its change within the cell.
     /// Estimated error of the direction in radians; infinity if the rays of the cell must be traced.
     float error = std::numeric_limits<float>::infinity();

@@ -88,13 +88,13 @@ class Program:
         """Returns the operations of tracing per second, in percent of the peak of multiply-adds on one thread."""
         return 100 * self.roofline(scene, *arguments)["share_of_peak"]
 
-    def ratio(self, *measurements):
+    def ratio(self, *measurements, rounds=0):
         """Calls two functions alternately, each of which returns a time. Returns the spread of the ratio first ÷ second
-        over the rounds."""
+        over the rounds, by default `self.rounds`."""
         for measure in measurements:
             measure()
         ratios = []
-        for _ in range(self.rounds):
+        for _ in range(rounds or self.rounds):
             first, second = (measure() for measure in measurements)
             ratios.append(first / second)
         return Spread(ratios)

@@ -64,6 +64,7 @@ struct TileDivision {
 
 /// Makes a run render the tiles of a supply after its own ones.
 void add_supply(RunControl& control, TileSupply& supply, const TileGrid& grid, const std::atomic<bool>& stop) {
+    supply.request_first();
     control.further_tile = [&supply, &grid, &stop]() -> std::optional<Tile> {
         const std::optional<std::uint64_t> index = supply.next(stop);
         if (!index) return {};
@@ -82,6 +83,7 @@ public:
         work_.answer_request = [this] {
             ByteWriter share;
             share.put_list(supply_.take_share());
+            if (supply_.is_short()) work_.expect_messages();
             return share.bytes;
         };
         work_.receive_result = [this](const RankMessage& message) { receive(message); };
@@ -135,6 +137,7 @@ private:
 
     /// Replaces the measurements of rank 0 by those of all ranks.
     void complete(RunReport& report, const std::vector<std::string>& ends) const {
+        report.seconds = seconds();
         report.threads.clear();
         report.interrupted = results_.count() < tiles();
         report.out_of_time = false;
@@ -146,7 +149,6 @@ private:
         }
         results_.totals().write_to(report);
         report.earlier_rays = earlier_rays_;
-        report.seconds = seconds();
     }
 
     const TileFileHeader& header_;

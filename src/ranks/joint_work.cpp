@@ -44,12 +44,22 @@ void JointWork::do_own_work(const std::function<std::string()>& own_work) {
     }
     if (!is_root()) link_.post(0, end_message, encode(own_end_));
     own_work_is_done_ = true;
+    hurry();
+}
+
+/// Sends the posted messages at once, and looks often for others from now on.
+void JointWork::hurry() {
+    link_.expect(true);
+    link_.wake();
 }
 
 void JointWork::receive(const RankMessage& message) {
     if (is_root()) return receive_at_root(message);
     if (message.kind == over_message) return link_.finish();
-    if (message.kind == answer_message) return receive_answer(message.bytes);
+    if (message.kind == answer_message) {
+        link_.expect(false);
+        return receive_answer(message.bytes);
+    }
     stop_ = stop_is_announced_ = true;
 }
 

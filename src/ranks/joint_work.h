@@ -29,8 +29,13 @@ public:
     /// Other ranks: sends a result to rank 0. May be called from any thread.
     void post_result(std::string bytes) { link_.post(0, result_message, std::move(bytes)); }
 
+    /// States that messages of other ranks have to be answered without delay.
+    void expect_messages() { link_.expect(true); }
     /// Other ranks: sends a request to rank 0. May be called from any thread.
-    void post_request() { link_.post(0, request_message, ""); }
+    void post_request() {
+        link_.post(0, request_message, "");
+        hurry();
+    }
 
     /// Calls `own_work`, which returns a text about its end, and waits until all ranks have ended. Returns these texts
     /// of all ranks on rank 0, and an empty list on the others. Throws the exception of `own_work`, on rank 0 also that
@@ -56,6 +61,7 @@ private:
     static std::string encode(const End& end);
     static End decode(const std::string& bytes);
     bool is_root() const { return ranks_.rank() == 0; }
+    void hurry();
     void do_own_work(const std::function<std::string()>& own_work);
     void receive(const RankMessage& message);
     void receive_at_root(const RankMessage& message);

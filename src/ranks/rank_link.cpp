@@ -1,5 +1,6 @@
 #include "ranks/rank_link.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace kagero {
@@ -30,6 +31,12 @@ void RankLink::post(int to, int kind, std::string bytes) {
     posted_.push_back({to, kind, std::move(bytes)});
 }
 
+void RankLink::wake() {
+    const std::lock_guard lock(posting_);
+    is_woken_ = true;
+    woken_.notify_one();
+}
+
 void RankLink::post_to_all(int kind, const std::string& bytes) {
     for (const int peer : peers_) post(peer, kind, bytes);
 }
@@ -48,8 +55,17 @@ void RankLink::exchange() {
         show_life();
         forgive_own_pause();
         if (!finishing_) check_lost();
-        if (!was_busy) std::this_thread::sleep_for(std::chrono::duration<double>(times_.pause));
+        if (!was_busy || !is_expecting_) pause();
     }
+}
+
+/// Waits until this rank looks for further messages. Every turn of the thread takes processor time from a thread that
+/// renders.
+void RankLink::pause() {
+    std::unique_lock lock(posting_);
+    const double seconds = is_expecting_ ? times_.pause : std::max(times_.pause, times_.long_pause);
+    woken_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return is_woken_; });
+    is_woken_ = false;
 }
 
 bool RankLink::receive_all() {

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <stdexcept>
@@ -21,9 +22,10 @@ public:
 
 /// Times of the exchange, in seconds.
 struct LinkTimes {
-    double pause = 1e-3;     ///< Pause before looking for further messages if there was none.
-    double heartbeat = 5;    ///< Interval of the messages by which a rank shows that it runs.
-    double lost_after = 60;  ///< A rank is lost if nothing has arrived from it for this time.
+    double pause = 1e-3;       ///< Pause before a rank that expects a message looks for it again.
+    double heartbeat = 5;      ///< Interval of the messages by which a rank shows that it runs.
+    double lost_after = 60;    ///< A rank is lost if nothing has arrived from it for this time.
+    double long_pause = 8e-3;  ///< The same for a rank that expects none. Its results are sent at these intervals.
 };
 
 /// Exchanges messages in a thread of its own, so that threads that render never wait for other ranks. Rank 0 exchanges
@@ -41,8 +43,12 @@ public:
 
     /// Starts the thread. `failed` is called in it if a function of the link throws, or if a rank is lost.
     void start(std::function<void()> failed);
-    /// Sends a message later, in the order of the calls. May be called from any thread.
+    /// Sends a message after the present pause, in the order of the calls. May be called from any thread.
     void post(int to, int kind, std::string bytes);
+    /// Ends the present pause, so that the posted messages are sent at once. May be called from any thread.
+    void wake();
+    /// States whether this rank waits for a message. May be called from any thread. At first, it does not.
+    void expect(bool is_expecting) { is_expecting_ = is_expecting; }
     /// Sends a message to all ranks with which this rank exchanges messages.
     void post_to_all(int kind, const std::string& bytes);
     /// Ends the thread after all messages are sent. Called by `receive` or `idle`.
@@ -64,6 +70,7 @@ private:
     void show_life();
     void forgive_own_pause();
     void check_lost() const;
+    void pause();
 
     Communicator& ranks_;
     const std::function<void(const RankMessage&)> receive_;
@@ -74,7 +81,10 @@ private:
     Clock::time_point shown_;               ///< Time of the latest heartbeat of this rank.
     Clock::time_point latest_exchange_;     ///< Time of the latest turn of the thread.
     bool finishing_ = false;
+    std::atomic<bool> is_expecting_ = false;
     std::mutex posting_;
+    std::condition_variable woken_;
+    bool is_woken_ = false;
     std::vector<Posted> posted_;
     std::string failure_;  ///< Reason why the thread ended early; empty if it did not.
     std::jthread thread_;

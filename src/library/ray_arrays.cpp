@@ -1,6 +1,6 @@
 #include "library/ray_arrays.h"
 
-#include "rays/large_vector.h"
+#include "render/large_vector.h"
 #include "render/threads.h"
 
 #include <algorithm>
@@ -44,14 +44,14 @@ void add_times(const RunReport& batch, RunReport& report) {
 }  // namespace
 
 std::vector<RayStart> start_arrays(const Plan& plan, const RayArrays& rays, std::optional<ObserverKind> observer) {
-    std::vector<RayStart> starts = large_vector<RayStart>(rays.count);
+    std::vector<RayStart> starts = large_vector<RayStart>(rays.count, plan.run.threads);
     write_starts_by_threads(plan, rays, observer, 0, starts);
     return starts;
 }
 
 RunReport trace_arrays(const Plan& plan, const RayArrays& rays, std::optional<ObserverKind> observer, bool with_paths,
                        const RunControl& control, const TakeEnds& take) {
-    std::vector<RayStart> starts = large_vector<RayStart>(std::min(rays.count, rays_per_batch));
+    std::vector<RayStart> starts = large_vector<RayStart>(std::min(rays.count, rays_per_batch), plan.run.threads);
     std::vector<RayEnd> ends;
     std::vector<PathState> paths;
     RunTotals totals;

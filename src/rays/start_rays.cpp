@@ -1,7 +1,6 @@
 #include "rays/start_rays.h"
 
 #include "media/regions.h"
-#include "rays/large_vector.h"
 #include "scene/vector3.h"
 #include "spaces/charts.h"
 
@@ -153,7 +152,7 @@ void write_starts(const Plan& plan, const RayArrays& rays, std::optional<Observe
 
 std::vector<RayStart> start_rays(const Plan& plan, const std::vector<RayInput>& rays,
                                  std::optional<ObserverKind> observer) {
-    std::vector<RayStart> starts = large_vector<RayStart>(rays.size());
+    std::vector<RayStart> starts(rays.size());
     if (rays.empty()) return starts;
     constexpr std::size_t stride = sizeof(RayInput) / sizeof(double);
     const RayArrays arrays{rays[0].position.data(), rays[0].direction.data(), rays.size(), stride, stride};

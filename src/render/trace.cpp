@@ -2,8 +2,8 @@
 
 #include "error.h"
 #include "rays/coherence.h"
-#include "rays/large_vector.h"
 #include "rays/ray_ends.h"
+#include "render/large_vector.h"
 #include "render/run.h"
 #include "scene/value.h"
 
@@ -89,7 +89,7 @@ RunReport run_list(const Plan& plan, Job& job, const OrderedList& list, std::vec
     if (plan.run.refill == Refill::automatic)
         job.refill = !job.path_sink && is_refill_worthwhile(plan, job, starts.size());
     const double trial_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (ends.capacity() < starts.size()) ends = large_vector<RayEnd>(starts.size());
+    if (ends.capacity() < starts.size()) ends = large_vector<RayEnd>(starts.size(), plan.run.threads);
     ends.resize(starts.size());
     if (paths) paths->assign(starts.size(), PathState{});
     const WorkList work = split_into_chunks(starts.size());

@@ -93,7 +93,8 @@ def ranks(program, _):
     for arguments in cases.values():
         ratio = program.ratio(
             lambda arguments=arguments: program.render(*arguments, "--threads", 2)[0]["seconds"],
-            lambda arguments=arguments: run_ranks(program, 2, *arguments, "--threads", 1)["seconds"], rounds=3 * program.rounds)
+            lambda arguments=arguments: run_ranks(program, 2, *arguments, "--threads", 1)["seconds"],
+            rounds=3 * program.rounds)
         measured.append(ratio.median)
         spreads.append(str(ratio))
     what = f"time, 2 threads ÷ 2 ranks of 1 thread: {' / '.join(cases)}"

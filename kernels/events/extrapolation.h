@@ -8,7 +8,8 @@ namespace kagero {
 
 /// Extrapolates rays by a small parameter length beyond the last step, onto their surfaces. Positions are extrapolated
 /// with the velocity at the end and its mean rate of change in the step. Other quantities are extrapolated with their
-/// mean rates in the step, by at most one step length, because a longer one would magnify rounding errors.
+/// mean rates in the step, by at most one step length, because a longer one would magnify rounding errors. The step of
+/// another lane may have ended at a state that is not finite.
 template <class V>
 void extrapolate(const StepperState<V>& step, const LevelSet<V>& level_set, const V& length, const MaskOf<V>& lanes,
                  StepEnd<V>& refined) {
@@ -19,8 +20,11 @@ void extrapolate(const StepperState<V>& step, const LevelSet<V>& level_set, cons
     const Vec3<V> q = advance(refined.end.q(), h, velocity);
     const V offset = level_set.value(q) / level_set.slope(q, step.end.velocity),
             h_to_surface = select(lanes & is_finite(offset), h - offset, h);
-    const auto extrapolate_value = [&](const V& from, const V& to, V& end) { end = fma(ratio, to - from, end); };
-    refined.end.set(advance(refined.end.q(), h_to_surface, velocity), refined.end.p());
+    const auto extrapolate_value = [&](const V& from, const V& to, V& end) {
+        end = select(lanes, fma(ratio, to - from, end), end);
+    };
+    const Vec3<V> last = refined.end.q();
+    refined.end.set(select<V>(lanes, advance(last, h_to_surface, velocity), last), refined.end.p());
     for (int k = 0; k < space_size; ++k)
         extrapolate_value(step.start.y[momentum(k)], step.end.y[momentum(k)], refined.end.y[momentum(k)]);
     extrapolate_value(step.start.velocity.x, step.end.velocity.x, refined.end.velocity.x);

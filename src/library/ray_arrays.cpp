@@ -1,6 +1,6 @@
 #include "library/ray_arrays.h"
 
-#include "render/large_vector.h"
+#include "rays/large_vector.h"
 #include "render/threads.h"
 
 #include <algorithm>

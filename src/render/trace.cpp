@@ -2,8 +2,8 @@
 
 #include "error.h"
 #include "rays/coherence.h"
+#include "rays/large_vector.h"
 #include "rays/ray_ends.h"
-#include "render/large_vector.h"
 #include "render/run.h"
 #include "scene/value.h"
 

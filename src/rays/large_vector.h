@@ -1,12 +1,12 @@
 /// Vectors with one element per ray of a long list.
 #pragma once
 
-#include "render/threads.h"
-
 #include <sys/mman.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <system_error>
+#include <thread>
 #include <vector>
 
 namespace kagero {
@@ -25,11 +25,13 @@ std::vector<T> large_vector(std::size_t n, unsigned threads) {
         if (from < to) ::madvise(reinterpret_cast<void*>(from * huge_page), (to - from) * huge_page, advice);
     };
     advise(first, last, MADV_HUGEPAGE);
-    if (first + 1 < last)
-        run_on_threads(threads, [&](unsigned thread) {
-            const auto bound = [&](std::uintptr_t part) { return first + (last - first) * part / threads; };
-            advise(bound(thread), bound(thread + 1), MADV_POPULATE_WRITE);
-        });
+    std::vector<std::jthread> helpers;
+    try {
+        for (unsigned thread = 0; thread < threads && first + 1 < last; ++thread)
+            helpers.emplace_back(advise, first + (last - first) * thread / threads,
+                                 first + (last - first) * (thread + 1) / threads, MADV_POPULATE_WRITE);
+    } catch (const std::system_error&) {}  // no further thread: these pages come later
+    helpers.clear();
     elements.resize(n);
     return elements;
 }

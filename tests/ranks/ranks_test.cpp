@@ -127,6 +127,25 @@ TEST(TileSupply, GivesEveryTileOnceAndMoreOfThemToFasterRanks) {
     EXPECT_EQ(all, left);
 }
 
+TEST(TileSupply, RequestsSharesBeforeTheyAreNeeded) {
+    const std::atomic<bool> stop = false;
+    int requests = 0;
+    TileSupply other(2, {}, [&] { ++requests; });
+    other.request_first();
+    EXPECT_EQ(requests, 1);
+    other.receive({1, 2, 3, 4, 5, 6, 7, 8});
+    for (const std::uint64_t tile : {1, 2, 3, 4}) EXPECT_EQ(other.next(stop), tile);
+    EXPECT_EQ(requests, 1);
+    EXPECT_EQ(other.next(stop), 5u);
+    EXPECT_EQ(requests, 2);
+
+    std::vector<std::uint64_t> left(32);
+    TileSupply root(2, left, {});
+    EXPECT_FALSE(root.is_short());
+    for (int share = 0; share < 3; ++share) root.take_share();  // 8 + 6 + 4 tiles
+    EXPECT_TRUE(root.is_short());
+}
+
 TEST(TileSupply, EndsIfTheRunIsStopped) {
     const std::atomic<bool> stop = true;
     TileSupply other(2, {}, [] {});

@@ -8,8 +8,8 @@ namespace kagero {
 
 /// Extrapolates rays by a small parameter length beyond the last step, onto their surfaces. Positions are extrapolated
 /// with the velocity at the end and its mean rate of change in the step. Other quantities are extrapolated with their
-/// mean rates in the step, by at most one step length, because a longer one would magnify rounding errors. The step of
-/// another lane may have ended at a state that is not finite.
+/// mean rates in the step, by at most one step length, because a longer one would magnify rounding errors. Other
+/// lanes keep their values, because their steps may have ended at states that are not finite.
 template <class V>
 void extrapolate(const StepperState<V>& step, const LevelSet<V>& level_set, const V& length, const MaskOf<V>& lanes,
                  StepEnd<V>& refined) {

@@ -8,11 +8,32 @@ namespace {
 /// Size of the kind and the size in front of the content of a record, in bytes.
 constexpr std::size_t record_head = sizeof(std::uint32_t) + sizeof(std::uint64_t);
 
+/// Size of the checksum behind the content, in bytes.
+constexpr std::size_t record_end = sizeof(std::uint64_t);
+
+struct RecordHead {
+    RecordKind kind;
+    std::uint64_t size;  ///< Of the content, in bytes.
+};
+
+/// Returns the head of bytes, which are not fewer than record_head.
+RecordHead head_of(std::string_view bytes) {
+    ByteReader reader(bytes);
+    const auto kind = static_cast<RecordKind>(reader.get<std::uint32_t>());
+    return {kind, reader.get<std::uint64_t>()};
+}
+
+/// Returns true if the last bytes are the checksum of the others. There are not fewer than record_end.
+bool has_own_checksum(std::string_view bytes) {
+    const std::size_t covered = bytes.size() - record_end;
+    return ByteReader(bytes.substr(covered)).get<std::uint64_t>() == checksum(bytes.substr(0, covered));
+}
+
 }  // namespace
 
 ByteWriter begin_record(RecordKind kind, std::size_t size) {
     ByteWriter record;
-    record.bytes.reserve(record_head + size + sizeof(std::uint64_t));
+    record.bytes.reserve(record_head + size + record_end);
     record.put(static_cast<std::uint32_t>(kind));
     record.put(std::uint64_t{0});
     return record;
@@ -25,6 +46,12 @@ std::string finish_record(ByteWriter record) {
     return std::move(record.bytes);
 }
 
+bool is_record(std::string_view bytes, RecordKind kind) {
+    if (bytes.size() < record_head + record_end) return false;
+    const RecordHead head = head_of(bytes);
+    return head.kind == kind && head.size == bytes.size() - record_head - record_end && has_own_checksum(bytes);
+}
+
 std::uint64_t bytes_left(std::istream& in) {
     const auto position = in.tellg();
     in.seekg(0, std::ios::end);
@@ -35,26 +62,19 @@ std::uint64_t bytes_left(std::istream& in) {
 
 Record read_record(std::istream& in) {
     const std::uint64_t left = bytes_left(in);
-    if (left < record_head) return {RecordState::incomplete};
     std::string bytes(record_head, '\0');
-    in.read(bytes.data(), record_head);
-    ByteReader reader(bytes);
-    Record record{RecordState::valid, static_cast<RecordKind>(reader.get<std::uint32_t>())};
-    const auto size = reader.get<std::uint64_t>();
-    std::uint64_t hash = 0;
-    if (left - record_head < sizeof hash || size > left - record_head - sizeof hash) return {RecordState::incomplete};
-    bytes.resize(record_head + size);
-    in.read(bytes.data() + record_head, static_cast<std::streamsize>(size));
-    in.read(reinterpret_cast<char*>(&hash), sizeof hash);
+    if (left < record_head + record_end || !in.read(bytes.data(), record_head)) return {RecordState::incomplete};
+    const RecordHead head = head_of(bytes);
+    if (head.size > left - record_head - record_end) return {RecordState::incomplete};
+    bytes.resize(record_head + head.size + record_end);
+    in.read(bytes.data() + record_head, static_cast<std::streamsize>(bytes.size() - record_head));
     if (!in) return {RecordState::incomplete};
-    if (hash != checksum(bytes)) return {RecordState::damaged};
-    bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
-    record.bytes = std::move(bytes);
-    return record;
+    if (!has_own_checksum(bytes)) return {RecordState::damaged};
+    return {RecordState::valid, head.kind, std::move(bytes)};
 }
 
 std::string_view record_content(std::string_view bytes) {
-    return bytes.substr(record_head, bytes.size() - record_head - sizeof(std::uint64_t));
+    return bytes.substr(record_head, bytes.size() - record_head - record_end);
 }
 
 }  // namespace kagero

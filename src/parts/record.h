@@ -28,6 +28,8 @@ struct Record {
     std::string bytes{};  ///< All bytes of the record.
 };
 Record read_record(std::istream& in);
+/// Returns true if bytes are one valid record of this kind, and nothing else.
+bool is_record(std::string_view bytes, RecordKind kind);
 /// Returns the content of a valid record.
 std::string_view record_content(std::string_view bytes);
 

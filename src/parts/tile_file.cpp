@@ -12,7 +12,6 @@
 #include <istream>
 #include <new>
 #include <ostream>
-#include <sstream>
 
 namespace kagero {
 namespace {
@@ -132,8 +131,8 @@ TileReport get_report(ByteReader& reader) {
 }
 
 /// Adds a tile to film and results. Returns false if the bytes are not those of a new tile of the part.
-bool add_tile(const TileFileHeader& header, std::string bytes, Film& film, TileResults& results) try {
-    ByteReader reader(record_content(bytes));
+bool add_tile(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) try {
+    ByteReader reader(record_content(record));
     const auto index = reader.get<std::uint64_t>();
     const auto tile = reader.get<Tile>();
     if (index >= header.grid.count() || !header.part.contains(index) || results.has(index)) return false;
@@ -141,7 +140,7 @@ bool add_tile(const TileFileHeader& header, std::string bytes, Film& film, TileR
     if (std::memcmp(&tile, &expected, sizeof tile) != 0) return false;
     const TileReport report = get_report(reader);
     get_pixels(reader, tile, film);
-    return reader.empty() && results.add(index, report, std::move(bytes));
+    return reader.empty() && results.add(index, report, results.keeps_records() ? record : std::string());
 } catch (const InputError&) {
     return false;
 }
@@ -193,7 +192,7 @@ std::optional<TileFileHeader> read_header(std::istream& in, const std::string& p
 TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film, TileResults& results) {
     for (std::uint64_t tiles = 0;; ++tiles) {
         const auto valid = static_cast<std::uint64_t>(in.tellg());
-        Record record = read_record(in);
+        const Record record = read_record(in);
         if (record.state != RecordState::valid) return {end_of(record.state), valid};
         if (record.kind == RecordKind::end) {
             const std::string_view content = record_content(record.bytes);
@@ -202,7 +201,7 @@ TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film,
             if (!matches) return {TileFileEnd::damaged, valid};
             return {TileFileEnd::complete, static_cast<std::uint64_t>(in.tellg())};
         }
-        if (record.kind != RecordKind::tile || !add_tile(header, std::move(record.bytes), film, results))
+        if (record.kind != RecordKind::tile || !add_tile(header, record.bytes, film, results))
             return {TileFileEnd::damaged, valid};
     }
 }
@@ -243,10 +242,7 @@ std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const
 }
 
 bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) {
-    std::istringstream in(record);
-    Record read = read_record(in);
-    return read.state == RecordState::valid && read.kind == RecordKind::tile && bytes_left(in) == 0 &&
-           add_tile(header, std::move(read.bytes), film, results);
+    return is_record(record, RecordKind::tile) && add_tile(header, record, film, results);
 }
 
 void write_part(const std::string& path, const TileFileHeader& header, const TileResults& results) {

@@ -134,11 +134,12 @@ void get_pixels(ByteReader& reader, const Tile& tile, Film& film) {
     if (has_no_pixels(pixels)) return;
     for (const LayerInfo* layer : film.layers()) {
         const std::size_t channels = layer->channels.size();
-        std::vector<float> unused(film.plane(layer->name) ? 0 : (pixels.x1 - pixels.x0) * channels);
-        for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](float* row, std::uint32_t count) {
-            float* const to = row ? row : unused.data();
-            if (channels == 3) get_row<3>(reader, to, count);
-            else get_row<1>(reader, to, count);
+        // Rows of a tile are far apart in the film. Copying a complete row waits for memory less often than pixels do.
+        std::vector<float> row((pixels.x1 - pixels.x0) * channels);
+        for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](float* to, std::uint32_t count) {
+            if (channels == 3) get_row<3>(reader, row.data(), count);
+            else get_row<1>(reader, row.data(), count);
+            if (to) std::memcpy(to, row.data(), count * channels * sizeof(float));
         });
     }
 }

@@ -20,17 +20,22 @@ static_assert(std::endian::native == std::endian::little, "tile files contain nu
 /// words make the checksum about as fast as memory.
 inline std::uint64_t checksum(std::string_view bytes, std::uint64_t seed = 0) {
     constexpr std::uint64_t multiplier = 0x9e3779b97f4a7c15u;  // an odd number, from the golden ratio
-    constexpr std::size_t lanes = 4, block = lanes * sizeof(std::uint64_t);
-    const auto mix = [](std::uint64_t state, std::uint64_t word) { return std::rotl((state ^ word) * multiplier, 29); };
-    std::uint64_t states[lanes] = {seed, ~seed, seed + 1, ~seed - 1};
-    std::uint64_t words[lanes];
+    constexpr std::size_t word = sizeof(std::uint64_t), block = 4 * word;
+    const auto mix = [](std::uint64_t state, std::uint64_t with) { return std::rotl((state ^ with) * multiplier, 29); };
+    const auto mix_word_at = [&](std::uint64_t& state, std::size_t begin) {
+        std::uint64_t read;
+        std::memcpy(&read, bytes.data() + begin, word);
+        state = mix(state, read);
+    };
+    std::uint64_t a = seed, b = ~seed, c = seed + 1, d = ~seed - 1;  // an array would not be kept in registers
     std::size_t i = 0;
     for (; i + block <= bytes.size(); i += block) {
-        std::memcpy(words, bytes.data() + i, block);
-        for (std::size_t lane = 0; lane < lanes; ++lane) states[lane] = mix(states[lane], words[lane]);
+        mix_word_at(a, i);
+        mix_word_at(b, i + word);
+        mix_word_at(c, i + 2 * word);
+        mix_word_at(d, i + 3 * word);
     }
-    std::uint64_t hash = bytes.size();
-    for (const std::uint64_t state : states) hash = mix(hash, state);
+    std::uint64_t hash = mix(mix(mix(mix(bytes.size(), a), b), c), d);
     for (; i < bytes.size(); ++i) hash = mix(hash, static_cast<unsigned char>(bytes[i]));
     return hash ^ hash >> 32;
 }

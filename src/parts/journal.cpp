@@ -23,7 +23,7 @@ constexpr std::chrono::milliseconds write_interval{10};
 /// Size of pending records that are written at once, in bytes.
 constexpr std::size_t max_pending = 65536;
 /// Interval of the transfers to the disk.
-constexpr std::chrono::seconds transfer_interval{1};
+constexpr std::chrono::seconds transfer_interval{5};
 
 /// Returns true if the open file is the one at `path`. It is not if another process has removed or replaced that.
 bool is_file_at(int file, const std::string& path) {

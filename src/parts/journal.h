@@ -30,7 +30,7 @@ public:
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
     /// Appends a record, which is in the file at most 10 ms later: records that follow quickly are written together. A
-    /// separate thread transfers the file to the disk once per second, so that rendering does not wait for the disk.
+    /// separate thread transfers the file to the disk every five seconds, so that rendering does not wait for the disk.
     /// May be called from several threads. Throws RunError if writing or an earlier transfer failed; the journal then
     /// ends with its last complete record.
     void append(const std::string& record);

@@ -17,7 +17,7 @@ namespace kagero {
 namespace {
 
 constexpr std::string_view magic{"KAGERO-TILES\r\n\x1a\0", 16};
-constexpr std::uint32_t format_version = 6;
+constexpr std::uint32_t format_version = 7;
 
 /// Returns the state of a file that ends with a record that is not valid.
 TileFileEnd end_of(RecordState state) {
@@ -78,23 +78,23 @@ TileFileHeader decode_header(std::string_view content) {
 /// Returns an upper bound of the size of a tile's record without its pixels.
 std::size_t size_of_report(const TileReport& report) {
     constexpr std::size_t of_numbers = 1024;
-    return of_numbers + report.generations.size() * sizeof(GenerationCount) + report.energy_errors.fractions.size() +
-           report.interpolation_errors.fractions.size() +
-           (report.energy_errors.bins.size() + report.interpolation_errors.bins.size()) * sizeof(ValueCounts::Bin);
+    const auto size_of = [](const ValueCounts& values) {
+        return values.listed.size() * sizeof(std::uint16_t) + values.bins.size() * sizeof(ValueCounts::Bin);
+    };
+    return of_numbers + report.generations.size() * sizeof(GenerationCount) + size_of(report.energy_errors) +
+           size_of(report.interpolation_errors);
 }
 
 void put_values(ByteWriter& writer, const ValueCounts& values) {
     writer.put(values.max);
-    writer.put_list(values.groups);
-    writer.put_list(values.fractions);
+    writer.put_list(values.listed);
     writer.put_list(values.bins);
 }
 
 ValueCounts get_values(ByteReader& reader) {
     ValueCounts values;
     values.max = reader.get<double>();
-    values.groups = reader.get_list<ValueCounts::Group>();
-    values.fractions = reader.get_list<std::uint8_t>();
+    values.listed = reader.get_list<std::uint16_t>();
     values.bins = reader.get_list<ValueCounts::Bin>();
     if (!values.is_legal()) throw InputError("a record has impossible counts of values");
     return values;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <type_traits>
 #include <vector>
 
 namespace kagero {
@@ -25,10 +26,15 @@ struct SectionSize {
 /// layer with this number of channels, or null; the first float is then null, too.
 template <class Float, class Visit>
 void for_each_pixel_row(const Tile& pixels, const Film& film, Float* plane, std::size_t channels, const Visit& visit) {
+    constexpr std::size_t cache_line = 64 / sizeof(float);
     const CropWindow& window = film.window();
+    const std::size_t row_length = film.width() * channels, used = (pixels.x1 - pixels.x0) * channels;
     for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y) {
-        const std::size_t first = std::size_t{y - window.y} * film.width() + (pixels.x0 - window.x);
-        visit(plane ? plane + first * channels : nullptr, pixels.x1 - pixels.x0);
+        Float* const row = plane ? plane + (y - window.y) * row_length + (pixels.x0 - window.x) * channels : nullptr;
+        // The rows of a tile are far apart in memory. Processors do not expect them.
+        for (std::size_t i = 0; plane && y + 1 < pixels.y1 && i < used; i += cache_line)
+            __builtin_prefetch(row + row_length + i, !std::is_const_v<Float>);
+        visit(row, pixels.x1 - pixels.x0);
     }
 }
 
@@ -40,8 +46,12 @@ public:
 
     /// Returns the first pixel from `begin` on that is repeated at least `fewest` times; the last one if there is none.
     std::uint32_t find(std::uint32_t begin) const {
-        for (std::uint32_t i = begin; i + fewest < count_; ++i)
-            if (equal(i, i + 1) && equal(i, i + 2)) return i;
+        for (std::uint32_t i = begin; i + fewest < count_;) {
+            if (all_differ(i)) i += block / channels;
+            else if (!equal(i + 1, i + 2)) i += 2;  // neither of both pixels is repeated as often
+            else if (equal(i, i + 1)) return i;
+            else ++i;
+        }
         return count_ - 1;
     }
     /// Returns the number of pixels after pixel `i` that equal it: floats are compared with those of the next pixel,
@@ -70,6 +80,17 @@ private:
         for (std::size_t k = 0; k < count; ++k)
             bits |= std::bit_cast<std::uint32_t>(a[k]) ^ std::bit_cast<std::uint32_t>(b[k]);
         return bits;
+    }
+    /// Returns true if, in a block of floats from pixel `i` on, every float differs from that of the next pixel.
+    bool all_differ(std::uint32_t i) const {
+        const float *const a = pixels_ + i * channels, *const b = a + channels;
+        if ((i + 1) * channels + block > count_ * channels) return false;
+        std::uint32_t same = 0;  // its highest bit is set if two floats are equal
+        for (std::size_t k = 0; k < block; ++k) {
+            const std::uint32_t bits = std::bit_cast<std::uint32_t>(a[k]) ^ std::bit_cast<std::uint32_t>(b[k]);
+            same |= ~bits & (bits - 1);
+        }
+        return same >> 31 == 0;
     }
     bool equal(std::uint32_t i, std::uint32_t k) const {
         return difference<channels>(pixels_ + i * channels, pixels_ + k * channels) == 0;

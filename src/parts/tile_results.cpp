@@ -2,6 +2,17 @@
 
 namespace kagero {
 
+namespace {
+
+constexpr std::size_t reports_per_sum = 32;
+
+}  // namespace
+
+void TileResults::add_recent() const {
+    for (const TileReport& report : recent_) totals_.add(report);
+    recent_.clear();
+}
+
 bool TileResults::add(std::uint64_t index, const TileReport& report, std::string record) {
     if (keeps_records_ && record.size() < record.capacity() / 2) record.shrink_to_fit();
     const std::lock_guard lock(adding_);
@@ -9,7 +20,8 @@ bool TileResults::add(std::uint64_t index, const TileReport& report, std::string
     if (index >= has_.size()) has_.resize(index + 1);
     has_[index] = true;
     ++count_;
-    totals_.add(report);
+    recent_.push_back(report);
+    if (recent_.size() == reports_per_sum) add_recent();
     if (keeps_records_) records_.emplace(index, std::move(record));
     return true;
 }

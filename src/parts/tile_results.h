@@ -25,17 +25,25 @@ public:
     std::uint64_t count() const;
     bool keeps_records() const { return keeps_records_; }
     /// Returns the sums over all tiles. Not to be called while tiles are added.
-    const RunTotals& totals() const { return totals_; }
+    const RunTotals& totals() const {
+        add_recent();
+        return totals_;
+    }
     /// Returns the numbers of all tiles in ascending order. Not to be called while tiles are added.
     std::vector<std::uint64_t> tiles() const;
     /// Returns the records by the numbers of their tiles. Not to be called while tiles are added.
     const std::map<std::uint64_t, std::string>& records() const { return records_; }
 
 private:
+    void add_recent() const;
+
     bool keeps_records_;
     std::vector<bool> has_;  ///< By the number of the tile; tiles beyond the last element were not added.
     std::uint64_t count_ = 0;
-    RunTotals totals_;
+    /// Reports that are not in the sums yet. Several are added at a time, so that the histograms stay in the cache of
+    /// one processor meanwhile.
+    mutable std::vector<TileReport> recent_;
+    mutable RunTotals totals_;
     std::map<std::uint64_t, std::string> records_;  ///< Empty unless `keeps_records_`.
     mutable std::mutex adding_;
 };

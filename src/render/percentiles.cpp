@@ -1,7 +1,6 @@
 #include "render/percentiles.h"
 
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <utility>
 
@@ -22,19 +21,14 @@ Percentiles percentiles_of(std::vector<double> values) {
 
 /// Adds the bins of an exponent.
 void PercentileHistogram::add_bins(std::size_t exponent) {
-    if (bins_.empty()) bins_.resize(ValueBins::exponents);
-    bins_[exponent].resize(ValueBins::fractions);
+    counts_.resize(counts_.size() + ValueBins::fractions);
+    ends_[exponent] = static_cast<std::uint32_t>(counts_.size());
 }
 
 void PercentileHistogram::add(const PercentileHistogram& other) {
-    if (other.empty()) return;
-    bins_.resize(ValueBins::exponents);
-    for (std::size_t exponent = 0; exponent < ValueBins::exponents; ++exponent) {
-        Bins& bins = bins_[exponent];
-        const Bins& added = other.bins_[exponent];
-        if (added.empty()) continue;
-        bins.resize(ValueBins::fractions);
-        std::transform(bins.begin(), bins.end(), added.begin(), bins.begin(), std::plus<>());
+    for (std::uint32_t exponent = 0; exponent < ValueBins::exponents; ++exponent) {
+        std::uint32_t bin = exponent << ValueBins::fraction_bits;
+        for (const std::uint64_t count : other.counts_of(exponent)) count_of(bin++) += count;
     }
     total_ += other.total_;
     max_ = std::max(max_, other.max_);
@@ -53,47 +47,21 @@ void ValueCounter::add_to_bin(std::uint32_t index, std::uint32_t count) {
 
 /// Moves the values of the list to the bins.
 void ValueCounter::count_list() {
-    for (std::uint32_t exponent = 0; exponent < fractions_.size(); ++exponent) {
-        for (const std::uint8_t fraction : fractions_[exponent])
-            add_to_bin(exponent << ValueBins::fraction_bits | fraction, 1);
-        fractions_[exponent].clear();
-    }
-    listed_ = 0;
+    for (const std::uint16_t bin : counts_.listed) add_to_bin(bin, 1);
+    counts_.listed.clear();
 }
 
 ValueCounts ValueCounter::take() {
     if (!counts_.bins.empty()) count_list();
     for (const ValueCounts::Bin& bin : counts_.bins) places_[bin.index] = 0;
     ValueCounts counts = std::exchange(counts_, {});
-    counts.fractions.reserve(listed_);
-    for (std::uint32_t exponent = 0; exponent < fractions_.size(); ++exponent) {
-        std::vector<std::uint8_t>& listed = fractions_[exponent];
-        if (listed.empty()) continue;
-        counts.groups.push_back({exponent, static_cast<std::uint32_t>(listed.size())});
-        counts.fractions.insert(counts.fractions.end(), listed.begin(), listed.end());
-        listed.clear();
-    }
-    listed_ = 0;
+    counts_.listed.reserve(counts.listed.size());  // tiles have about the same number of values
     return counts;
 }
 
-bool ValueCounts::is_legal() const {
-    std::uint64_t listed = 0;
-    for (const Group& group : groups) {
-        if (group.exponent >= ValueBins::exponents) return false;
-        listed += group.count;
-    }
-    return listed == fractions.size() &&
-           std::all_of(bins.begin(), bins.end(), [](const Bin& bin) { return bin.index < ValueBins::count; });
-}
-
 void PercentileHistogram::add(const ValueCounts& counts) {
-    auto fraction = counts.fractions.begin();
-    for (const auto& [exponent, count] : counts.groups) {
-        Bins& bins = bins_of(exponent);
-        for (const auto end = fraction + count; fraction != end; ++fraction) ++bins[*fraction];
-    }
-    total_ += counts.fractions.size();
+    for (const std::uint16_t bin : counts.listed) ++count_of(bin);
+    total_ += counts.listed.size();
     for (const auto& [index, count] : counts.bins) {
         count_of(index) += count;
         total_ += count;
@@ -107,13 +75,13 @@ double PercentileHistogram::quantile(double share) const {
     const auto rank = static_cast<std::uint64_t>(std::ceil(share * static_cast<double>(total_)));
     std::uint64_t counted = 0;
     for (std::uint64_t exponent = 0; exponent < ValueBins::exponents; ++exponent) {
-        const Bins& bins = bins_[exponent];
-        for (std::uint64_t fraction = 0; fraction < bins.size(); ++fraction) {
-            counted += bins[fraction];
+        std::uint64_t bin = exponent << ValueBins::fraction_bits;
+        for (const std::uint64_t count : counts_of(exponent)) {
+            counted += count;
+            ++bin;
             if (counted < rank) continue;
-            const std::uint64_t bin = exponent * ValueBins::fractions + fraction;
-            if (bin == 0) return 0;
-            return std::min(max_, std::bit_cast<double>((ValueBins::first + bin + 1) << ValueBins::dropped_bits));
+            if (bin == 1) return 0;
+            return std::min(max_, std::bit_cast<double>((ValueBins::first + bin) << ValueBins::dropped_bits));
         }
     }
     return max_;  // not reached, because the rank is at most total_

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kagero {
@@ -31,24 +33,20 @@ struct ValueBins {
     }
 };
 
-/// The values of a tile, counted in ValueBins. Few values are listed one by one, in one byte each, which needs the
-/// least time and memory.
+/// The values of a tile, counted in ValueBins. Few values are listed one by one, which needs the least time.
 struct ValueCounts {
-    /// Listed values with the same exponent.
-    struct Group {
-        std::uint32_t exponent, count;
-    };
     /// A bin, and the number of values in it.
     struct Bin {
         std::uint32_t index, count;
     };
-    std::vector<Group> groups;            ///< Empty if there are many values.
-    std::vector<std::uint8_t> fractions;  ///< The fraction bits of each listed value, group by group.
+    std::vector<std::uint16_t> listed;  ///< The bin of each value; empty if there are many values.
     std::vector<Bin> bins;  ///< The bins that contain values, in any order; empty if there are few values.
     double max = 0;         ///< The greatest value.
 
     /// Returns true if all numbers are legal, as they are unless they were read from a damaged file.
-    bool is_legal() const;
+    bool is_legal() const {
+        return std::all_of(bins.begin(), bins.end(), [](const Bin& bin) { return bin.index < ValueBins::count; });
+    }
 };
 
 /// Counts the values of one tile after another, in constant time per value.
@@ -56,11 +54,8 @@ class ValueCounter {
 public:
     /// Counts a value, which must not be negative or NaN.
     void add(double value) {
-        if (listed_ == longest_list) count_list();
-        if (fractions_.empty()) fractions_.resize(ValueBins::exponents);
-        const std::uint16_t bin = ValueBins::bin_of(value);
-        fractions_[bin >> ValueBins::fraction_bits].push_back(static_cast<std::uint8_t>(bin));
-        ++listed_;
+        if (counts_.listed.size() == longest_list) count_list();
+        counts_.listed.push_back(ValueBins::bin_of(value));
         counts_.max = std::max(counts_.max, value);
     }
     /// Counts a value `count` times. It must not be negative or NaN.
@@ -77,14 +72,12 @@ private:
     void add_to_bin(std::uint32_t index, std::uint32_t count);
     void count_list();
 
-    std::vector<std::vector<std::uint8_t>> fractions_;  ///< For each exponent, the fraction bits of listed values.
-    std::size_t listed_ = 0;                            ///< Number of listed values.
     std::vector<std::uint32_t> places_;  ///< For each bin, its place in `counts_`, plus 1; 0: none.
     ValueCounts counts_;
 };
 
 /// A histogram for the percentiles of more values than fit into memory. Values must not be negative or NaN. The
-/// histogram uses six kilobytes, and two more for each exponent of its values. Percentiles are too large by at most a
+/// histogram uses one kilobyte, and two more for each exponent of its values. Percentiles are too large by at most a
 /// factor 1 + 1/256; the greatest value is exact. Values below 3e-39 count as 0.
 class PercentileHistogram {
 public:
@@ -99,22 +92,22 @@ public:
     Percentiles percentiles() const;
 
 private:
-    /// Numbers of values in the bins of one exponent; empty until the first value with the exponent is added.
-    using Bins = std::vector<std::uint64_t>;
-
-    /// Returns the bins of an exponent, to be changed.
-    Bins& bins_of(std::size_t exponent) {
-        if (bins_.empty() || bins_[exponent].empty()) add_bins(exponent);
-        return bins_[exponent];
-    }
     /// Returns the number of values in a bin, to be changed.
     std::uint64_t& count_of(std::uint32_t bin) {
-        return bins_of(bin >> ValueBins::fraction_bits)[bin % ValueBins::fractions];
+        const std::uint32_t exponent = bin >> ValueBins::fraction_bits;
+        if (ends_[exponent] == 0) add_bins(exponent);
+        return counts_[ends_[exponent] - ValueBins::fractions + bin % ValueBins::fractions];
+    }
+    /// Returns the numbers of values in the bins of an exponent. The list is empty if no value has it.
+    std::span<const std::uint64_t> counts_of(std::size_t exponent) const {
+        const std::uint32_t end = ends_[exponent];
+        return {counts_.data() + (end == 0 ? 0 : end - ValueBins::fractions), end == 0 ? 0 : ValueBins::fractions};
     }
     void add_bins(std::size_t exponent);
     double quantile(double share) const;
 
-    std::vector<Bins> bins_;  ///< One element per exponent; empty until the first value is added.
+    std::vector<std::uint64_t> counts_;  ///< Numbers of values in the bins of those exponents that values have.
+    std::array<std::uint32_t, ValueBins::exponents> ends_{};  ///< End of the bins of each exponent; 0: no value has it.
     std::uint64_t total_ = 0;
     double max_ = 0;
 };

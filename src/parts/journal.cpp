@@ -18,10 +18,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Greatest time from the end of a tile to its record in the file.
+/// Time after which pending records are written together with a new one.
 constexpr std::chrono::milliseconds write_interval{10};
+/// Greatest time from the end of a tile to its record in the file, if no other record follows.
+constexpr std::chrono::milliseconds longest_wait{50};
 /// Size of pending records that are written at once, in bytes.
-constexpr std::size_t max_pending = 65536;
+constexpr std::size_t max_pending = 262144;
 /// Interval of the transfers to the disk.
 constexpr std::chrono::seconds transfer_interval{5};
 
@@ -43,6 +45,15 @@ int write_all(int file, std::string_view bytes) {
         bytes.remove_prefix(static_cast<std::size_t>(written));
     }
     return 0;
+}
+
+/// Transfers the entry of a file in its folder to the disk.
+void transfer_entry(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file < 0) return;
+    fsync(file);  // file systems that do not support this keep the entry themselves
+    close(file);
 }
 
 }  // namespace
@@ -140,20 +151,18 @@ int Journal::write_pending() {
     return error;
 }
 
-/// Transfers the file to the disk. Returns 0, or the error of the system. Some file systems do not support the
-/// transfer; the data is then in the hands of the system, which writes it later.
-int Journal::transfer() { return fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS ? errno : 0; }
+/// Transfers the file to the disk, at first with its entry in the folder. Returns 0, or the error of the system. Some
+/// file systems do not support the transfer; the data is then in the hands of the system, which writes it later.
+int Journal::transfer() {
+    if (!is_entry_transferred_.exchange(true)) transfer_entry(path_);
+    return fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS ? errno : 0;
+}
 
-/// Transfers the entry of the file in its folder to the disk, and then writes pending records and transfers the file
-/// to the disk again and again.
+/// Writes pending records again and again, and transfers the file to the disk at longer intervals. A run that ends
+/// before the first of these does not wait for the disk at all.
 void Journal::write_repeatedly(const std::stop_token& stop) {
-    const std::string folder = std::filesystem::path(path_).parent_path().string();
-    if (const int file = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); file >= 0) {
-        fsync(file);  // file systems that do not support this keep the entry themselves
-        close(file);
-    }
     std::unique_lock lock(pausing_);
-    auto next_transfer = Clock::now();
+    auto next_transfer = Clock::now() + transfer_interval;
     while (!stop.stop_requested()) {
         {
             const std::lock_guard appending(appending_);
@@ -163,7 +172,7 @@ void Journal::write_repeatedly(const std::stop_token& stop) {
             if (const int error = transfer(); error != 0) error_ = error;
             next_transfer = Clock::now() + transfer_interval;
         }
-        stopping_.wait_for(lock, stop, write_interval, [] { return false; });
+        stopping_.wait_for(lock, stop, longest_wait, [] { return false; });
     }
 }
 

@@ -29,7 +29,7 @@ public:
     std::uint64_t begin(const TileFileHeader& header);
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
-    /// Appends a record, which is in the file at most 10 ms later: records that follow quickly are written together. A
+    /// Appends a record, which is in the file at most 50 ms later: records that follow quickly are written together. A
     /// separate thread transfers the file to the disk every five seconds, so that rendering does not wait for the disk.
     /// May be called from several threads. Throws RunError if writing or an earlier transfer failed; the journal then
     /// ends with its last complete record.
@@ -57,6 +57,7 @@ private:
     std::string pending_;                              ///< Records that are not yet in the file.
     std::chrono::steady_clock::time_point written_{};  ///< Time of the last write.
     std::atomic<int> error_ = 0;            ///< Error of the system in an earlier write or transfer; 0: none.
+    std::atomic<bool> is_entry_transferred_ = false;  ///< The entry of the file in its folder is on the disk.
     std::condition_variable_any stopping_;  ///< Ends the pauses of the thread.
     std::mutex pausing_;
     std::jthread writer_;  ///< The last member, because its thread uses the others.

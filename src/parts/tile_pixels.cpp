@@ -1,5 +1,7 @@
 #include "parts/tile_pixels.h"
 
+#include <emmintrin.h>
+
 #include <algorithm>
 #include <bit>
 #include <type_traits>
@@ -54,15 +56,13 @@ public:
         }
         return count_ - 1;
     }
-    /// Returns the number of pixels after pixel `i` that equal it: floats are compared with those of the next pixel,
-    /// several at a time where these are equal.
+    /// Returns the number of pixels after pixel `i` that equal it: floats are compared with those of the next pixel.
     std::uint32_t repetitions(std::uint32_t i) const {
         const float* const floats = pixels_ + i * channels;
         const std::size_t compared = (count_ - 1 - i) * channels;
         std::size_t same = 0;
-        while (same + block <= compared && difference<block>(floats + same, floats + same + channels) == 0)
-            same += block;
-        while (same < compared && difference<1>(floats + same, floats + same + channels) == 0) ++same;
+        while (same + block <= compared && all_are_equal(floats + same, floats + same + channels)) same += block;
+        while (same < compared && has_same_bits(floats[same], floats[same + channels])) ++same;
         return static_cast<std::uint32_t>(same / channels);
     }
 
@@ -70,45 +70,64 @@ private:
     /// Fewest repetitions for which a section ends. A section has eight bytes in addition to its pixels.
     static constexpr std::uint32_t fewest = 2;
 
-    /// Number of floats that are compared at a time. Compilers use registers of several floats for the loop.
+    /// Number of floats that are compared at a time.
     static constexpr std::size_t block = 16;
 
-    /// Returns 0 if two sequences of floats have the same bits.
-    template <std::size_t count>
-    static std::uint32_t difference(const float* a, const float* b) {
-        std::uint32_t bits = 0;
-        for (std::size_t k = 0; k < count; ++k)
-            bits |= std::bit_cast<std::uint32_t>(a[k]) ^ std::bit_cast<std::uint32_t>(b[k]);
-        return bits;
+    static bool has_same_bits(float a, float b) {
+        return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+    }
+    /// Compares four floats with four others, bit by bit.
+    static __m128i same_bits(const float* a, const float* b) {
+        return _mm_cmpeq_epi32(_mm_castps_si128(_mm_loadu_ps(a)), _mm_castps_si128(_mm_loadu_ps(b)));
+    }
+    static bool all_are_equal(const float* a, const float* b) {
+        __m128i same = same_bits(a, b);
+        for (std::size_t k = 4; k < block; k += 4) same = _mm_and_si128(same, same_bits(a + k, b + k));
+        return _mm_movemask_epi8(same) == 0xffff;
+    }
+    static bool none_are_equal(const float* a, const float* b) {
+        __m128i same = same_bits(a, b);
+        for (std::size_t k = 4; k < block; k += 4) same = _mm_or_si128(same, same_bits(a + k, b + k));
+        return _mm_movemask_epi8(same) == 0;
     }
     /// Returns true if, in a block of floats from pixel `i` on, every float differs from that of the next pixel.
     bool all_differ(std::uint32_t i) const {
-        const float *const a = pixels_ + i * channels, *const b = a + channels;
-        if ((i + 1) * channels + block > count_ * channels) return false;
-        std::uint32_t same = 0;  // its highest bit is set if two floats are equal
-        for (std::size_t k = 0; k < block; ++k) {
-            const std::uint32_t bits = std::bit_cast<std::uint32_t>(a[k]) ^ std::bit_cast<std::uint32_t>(b[k]);
-            same |= ~bits & (bits - 1);
-        }
-        return same >> 31 == 0;
+        const float* const floats = pixels_ + i * channels;
+        return (i + 1) * channels + block <= count_ * channels && none_are_equal(floats, floats + channels);
     }
     bool equal(std::uint32_t i, std::uint32_t k) const {
-        return difference<channels>(pixels_ + i * channels, pixels_ + k * channels) == 0;
+        bool same = true;
+        for (std::size_t c = 0; c < channels; ++c)
+            same = same && has_same_bits(pixels_[i * channels + c], pixels_[k * channels + c]);
+        return same;
     }
 
     const float* pixels_;
     std::uint32_t count_;
 };
 
+/// Returns an upper bound of the bytes of a row. Each section but the last one has at least three pixels with its
+/// repetitions.
+std::size_t greatest_size_of_row(std::size_t pixels, std::size_t channels) {
+    return pixels * channels * sizeof(float) + (pixels / 3 + 1) * sizeof(SectionSize);
+}
+
+/// Writes a row of pixels to memory, and returns the end of what was written.
 template <std::size_t channels>
-void put_row(ByteWriter& writer, const float* row, std::uint32_t count) {
+char* put_row(char* to, const float* row, std::uint32_t count) {
     const RepetitionFinder<channels> finder(row, count);
+    const auto put = [&to](const void* bytes, std::size_t size) {
+        std::memcpy(to, bytes, size);
+        to += size;
+    };
     for (std::uint32_t begin = 0; begin < count;) {
-        const std::uint32_t last = finder.find(begin), pixels = last + 1 - begin, same = finder.repetitions(last);
-        writer.put(SectionSize{pixels, same});
-        writer.put_raw(row + begin * channels, pixels * channels * sizeof(float));
-        begin += pixels + same;
+        const std::uint32_t last = finder.find(begin);
+        const SectionSize size{last + 1 - begin, finder.repetitions(last)};
+        put(&size, sizeof size);
+        put(row + begin * channels, size.pixels * channels * sizeof(float));
+        begin += size.pixels + size.repetitions;
     }
+    return to;
 }
 
 /// Reads a row of pixels that put_row<channels> has written.
@@ -129,25 +148,26 @@ void get_row(ByteReader& reader, float* row, std::uint32_t count) {
 }  // namespace
 
 std::size_t greatest_size_of_pixels(const Tile& tile, const Film& film) {
-    const std::size_t pixels = std::size_t{tile.x1 - tile.x0} * (tile.y1 - tile.y0);
     std::size_t size = 0;
-    // Each section but the last one of a row has at least three pixels with its repetitions.
     for (const LayerInfo* layer : film.layers())
-        size +=
-            pixels * layer->channels.size() * sizeof(float) + (pixels / 3 + tile.y1 - tile.y0) * sizeof(SectionSize);
+        size += (tile.y1 - tile.y0) * greatest_size_of_row(tile.x1 - tile.x0, layer->channels.size());
     return size;
 }
 
 void put_pixels(ByteWriter& writer, const Tile& tile, const Film& film) {
     const Tile pixels = pixels_in_film(tile, film);
     if (has_no_pixels(pixels)) return;
+    std::string& bytes = writer.bytes;
+    const std::size_t begin = bytes.size();
+    bytes.resize(begin + greatest_size_of_pixels(pixels, film));
+    char* end = bytes.data() + begin;
     for (const LayerInfo* layer : film.layers()) {
         const std::size_t channels = layer->channels.size();
         for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](const float* row, std::uint32_t count) {
-            if (channels == 3) put_row<3>(writer, row, count);
-            else put_row<1>(writer, row, count);
+            end = channels == 3 ? put_row<3>(end, row, count) : put_row<1>(end, row, count);
         });
     }
+    bytes.resize(static_cast<std::size_t>(end - bytes.data()));
 }
 
 void get_pixels(ByteReader& reader, const Tile& tile, Film& film) {

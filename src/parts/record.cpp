@@ -13,7 +13,7 @@ constexpr std::size_t record_end = sizeof(std::uint64_t);
 
 struct RecordHead {
     RecordKind kind;
-    std::uint64_t size;  ///< Of the content, in bytes.
+    std::uint64_t size;  ///< The size of the content, in bytes.
 };
 
 /// Returns the head of bytes, which are not fewer than record_head.

@@ -135,6 +135,25 @@ TEST_F(Damage, OfAPartIsDetectedInEveryBit) {
         }
 }
 
+TEST_F(Damage, OfATileFromAnotherRankIsDetected) {
+    const RenderedPart part(*plan_, options_, {});
+    const std::string record = part.results.records().begin()->second;
+    Film film = part.header.film(Planes::allocated);
+    TileResults results;
+    const auto is_added = [&](const std::string& bytes) { return add_tile_record(part.header, bytes, film, results); };
+    for (std::size_t i = 0; i < record.size(); ++i) {
+        EXPECT_FALSE(is_added(record.substr(0, i))) << "cut after " << i << " bytes";
+        for (int bit = 0; bit < 8; ++bit) {
+            std::string damaged = record;
+            damaged[i] = static_cast<char>(damaged[i] ^ 1 << bit);
+            EXPECT_FALSE(is_added(damaged)) << "bit " << bit << " of byte " << i;
+        }
+    }
+    EXPECT_FALSE(is_added(record + '\0'));
+    EXPECT_TRUE(is_added(record));
+    EXPECT_FALSE(is_added(record)) << "the tile is there already";
+}
+
 TEST_F(Damage, OfAJournalLosesOnlyTiles) {
     const std::string bytes = journal_bytes();
     ASSERT_LE(bytes.size(), tiny_bytes);

@@ -33,7 +33,7 @@ void for_each_pixel_row(const Tile& pixels, const Film& film, Float* plane, std:
     const std::size_t row_length = film.width() * channels, used = (pixels.x1 - pixels.x0) * channels;
     for (std::uint32_t y = pixels.y0; y < pixels.y1; ++y) {
         Float* const row = plane ? plane + (y - window.y) * row_length + (pixels.x0 - window.x) * channels : nullptr;
-        // The rows of a tile are far apart in memory. Processors do not expect them.
+        // Rows are far apart in memory, so that the processor does not load the next one by itself.
         for (std::size_t i = 0; plane && y + 1 < pixels.y1 && i < used; i += cache_line)
             __builtin_prefetch(row + row_length + i, !std::is_const_v<Float>);
         visit(row, pixels.x1 - pixels.x0);
@@ -175,7 +175,7 @@ void get_pixels(ByteReader& reader, const Tile& tile, Film& film) {
     if (has_no_pixels(pixels)) return;
     for (const LayerInfo* layer : film.layers()) {
         const std::size_t channels = layer->channels.size();
-        // Rows of a tile are far apart in the film. Copying a complete row waits for memory less often than pixels do.
+        // Complete rows are copied to the film, because writing pixel by pixel waits for memory more often.
         std::vector<float> row((pixels.x1 - pixels.x0) * channels);
         for_each_pixel_row(pixels, film, film.plane(layer->name), channels, [&](float* to, std::uint32_t count) {
             if (channels == 3) get_row<3>(reader, row.data(), count);

@@ -1,9 +1,9 @@
 #include "parts/tile_results.h"
 
 namespace kagero {
-
 namespace {
 
+/// Number of reports that are added to the sums at a time.
 constexpr std::size_t reports_per_sum = 32;
 
 }  // namespace

@@ -131,7 +131,7 @@ std::uint64_t Journal::read(Film& film, TileResults& results) {
     return cut_after(tiles.valid_bytes);
 }
 
-void Journal::append(const std::string& record) {
+void Journal::append(std::string_view record) {
     const std::lock_guard lock(appending_);
     if (const int error = error_) refuse_write(error);
     pending_ += record;

@@ -33,7 +33,7 @@ public:
     /// separate thread transfers the file to the disk every five seconds, so that rendering does not wait for the disk.
     /// May be called from several threads. Throws RunError if writing or an earlier transfer failed; the journal then
     /// ends with its last complete record.
-    void append(const std::string& record);
+    void append(std::string_view record);
     /// Writes all records, and transfers the file to the disk. A run that ends early calls this function.
     void sync();
     /// Removes the file.

@@ -31,19 +31,16 @@ bool has_own_checksum(std::string_view bytes) {
 
 }  // namespace
 
-ByteWriter begin_record(RecordKind kind, std::size_t size) {
-    ByteWriter record;
-    record.bytes.reserve(record_head + size + record_end);
+void begin_record(ByteWriter& record, RecordKind kind) {
+    record.bytes.clear();
     record.put(static_cast<std::uint32_t>(kind));
     record.put(std::uint64_t{0});
-    return record;
 }
 
-std::string finish_record(ByteWriter record) {
+void finish_record(ByteWriter& record) {
     const std::uint64_t size = record.bytes.size() - record_head;
     std::memcpy(record.bytes.data() + sizeof(std::uint32_t), &size, sizeof size);
     record.put(checksum(record.bytes));
-    return std::move(record.bytes);
 }
 
 bool is_record(std::string_view bytes, RecordKind kind) {

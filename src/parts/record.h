@@ -9,11 +9,10 @@ namespace kagero {
 
 enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
 
-/// Begins a record, to which its content is written. `size` is an estimate of the size of the content, for which memory
-/// is reserved.
-ByteWriter begin_record(RecordKind kind, std::size_t size);
-/// Completes a record and returns its bytes.
-std::string finish_record(ByteWriter record);
+/// Begins a record in place of the writer's bytes. The content is then written behind them.
+void begin_record(ByteWriter& record, RecordKind kind);
+/// Completes a record that begin_record began.
+void finish_record(ByteWriter& record);
 
 enum class RecordState {
     valid,

@@ -51,10 +51,10 @@ RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& fil
     };
     const auto finish = [&](const Tile& tile, const TileReport& tile_report, const Film& pixels) {
         const std::uint64_t index = header.grid.index_of(tile);
-        std::string record;
+        std::string_view record;
         if (journal || results.keeps_records()) record = encode_tile(header, index, tile_report, pixels);
         if (journal) journal->append(record);
-        results.add(index, tile_report, std::move(record));
+        results.add(index, tile_report, results.keeps_records() ? std::string(record) : std::string());
     };
     if (results.keeps_records()) control.tile_film_finished = finish;
     else

@@ -75,16 +75,6 @@ TileFileHeader decode_header(std::string_view content) {
     return header;
 }
 
-/// Returns an upper bound of the size of a tile's record without its pixels.
-std::size_t size_of_report(const TileReport& report) {
-    constexpr std::size_t of_numbers = 1024;
-    const auto size_of = [](const ValueCounts& values) {
-        return values.listed.size() * sizeof(std::uint16_t) + values.bins.size() * sizeof(ValueCounts::Bin);
-    };
-    return of_numbers + report.generations.size() * sizeof(GenerationCount) + size_of(report.energy_errors) +
-           size_of(report.interpolation_errors);
-}
-
 void put_values(ByteWriter& writer, const ValueCounts& values) {
     writer.put(values.max);
     writer.put_list(values.listed);
@@ -207,7 +197,8 @@ TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film,
 }
 
 std::string encode_header(const TileFileHeader& header) {
-    ByteWriter content = begin_record(RecordKind::header, header.identity.size());
+    ByteWriter content;
+    begin_record(content, RecordKind::header);
     put_properties(content, header.identity);
     put_properties(content, header.choices);
     put_properties(content, header.metadata);
@@ -224,21 +215,24 @@ std::string encode_header(const TileFileHeader& header) {
     content.put(static_cast<std::uint32_t>(header.tone.curve));
     content.put(header.grid);
     content.put(header.part);
+    finish_record(content);
     ByteWriter file;
     file.put_raw(magic.data(), magic.size());
     file.put(format_version);
-    return file.bytes + finish_record(std::move(content));
+    return file.bytes + content.bytes;
 }
 
-std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film) {
+std::string_view encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report,
+                             const Film& film) {
+    thread_local ByteWriter record;  // memory that was used shortly before is in the processor's cache
     const Tile tile = header.grid.tile(index);
-    const std::size_t greatest_size = size_of_report(report) + greatest_size_of_pixels(tile, film);
-    ByteWriter content = begin_record(RecordKind::tile, greatest_size);
-    content.put(index);
-    content.put(tile);
-    put_report(content, report);
-    put_pixels(content, tile, film);
-    return finish_record(std::move(content));
+    begin_record(record, RecordKind::tile);
+    record.put(index);
+    record.put(tile);
+    put_report(record, report);
+    put_pixels(record, tile, film);
+    finish_record(record);
+    return record.bytes;
 }
 
 bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) {
@@ -254,9 +248,11 @@ void write_part(const std::string& path, const TileFileHeader& header, const Til
         write(encode_header(header));
         for (const auto& [index, record] : results.records()) write(record);
         if (results.count() != header.part.tiles_of(header.grid)) return;
-        ByteWriter end = begin_record(RecordKind::end, sizeof results.count());
+        ByteWriter end;
+        begin_record(end, RecordKind::end);
         end.put(results.count());
-        write(finish_record(std::move(end)));
+        finish_record(end);
+        write(end.bytes);
     });
 }
 

@@ -14,6 +14,7 @@
 #include <iosfwd>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -80,8 +81,10 @@ TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film,
 
 /// Returns the bytes up to the first tile.
 std::string encode_header(const TileFileHeader& header);
-/// Returns the record of a tile whose pixels are in the film. The film may be that of the tile alone.
-std::string encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report, const Film& film);
+/// Returns the record of a tile whose pixels are in the film. The film may be that of the tile alone. The bytes are
+/// valid until the next call by the same thread.
+std::string_view encode_tile(const TileFileHeader& header, std::uint64_t index, const TileReport& report,
+                             const Film& film);
 
 /// Adds the tile of a record that encode_tile returned, as read_tiles does. Returns false if the bytes are not
 /// such a record of a new tile of the part; the pixels of the film are then not meaningful.

@@ -145,14 +145,15 @@ void get_row(ByteReader& reader, float* row, std::uint32_t count) {
     }
 }
 
-}  // namespace
-
+/// Returns an upper bound of the bytes of the pixels of a tile.
 std::size_t greatest_size_of_pixels(const Tile& tile, const Film& film) {
     std::size_t size = 0;
     for (const LayerInfo* layer : film.layers())
         size += (tile.y1 - tile.y0) * greatest_size_of_row(tile.x1 - tile.x0, layer->channels.size());
     return size;
 }
+
+}  // namespace
 
 void put_pixels(ByteWriter& writer, const Tile& tile, const Film& film) {
     const Tile pixels = pixels_in_film(tile, film);

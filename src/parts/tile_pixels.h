@@ -12,9 +12,6 @@
 
 namespace kagero {
 
-/// Returns an upper bound of the number of bytes that put_pixels appends.
-std::size_t greatest_size_of_pixels(const Tile& tile, const Film& film);
-
 /// Appends those pixels of a tile that are in the film.
 void put_pixels(ByteWriter& writer, const Tile& tile, const Film& film);
 

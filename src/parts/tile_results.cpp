@@ -14,7 +14,6 @@ void TileResults::add_recent() const {
 }
 
 bool TileResults::add(std::uint64_t index, const TileReport& report, std::string record) {
-    if (keeps_records_ && record.size() < record.capacity() / 2) record.shrink_to_fit();
     const std::lock_guard lock(adding_);
     if (index < has_.size() && has_[index]) return false;
     if (index >= has_.size()) has_.resize(index + 1);

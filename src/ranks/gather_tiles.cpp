@@ -177,7 +177,8 @@ RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileH
     control.progress = {};
     control.snapshot_requested = nullptr;
     control.tile_film_finished = [&](const Tile& tile, const TileReport& report, const Film& pixels) {
-        work->post_result(encode_tile(header, header.grid.index_of(tile), report, pixels));
+        const std::uint64_t index = header.grid.index_of(tile);
+        work->post_result(std::string(encode_tile(header, index, report, pixels)));
     };
     RunReport report;
     work->run([&] {

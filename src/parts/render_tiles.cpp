@@ -49,17 +49,17 @@ RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& fil
         const std::uint64_t index = header.grid.index_of(tile);
         return header.part.contains(index) && !results.has(index);
     };
-    const auto finish = [&](const Tile& tile, const TileReport& tile_report, const Film& pixels) {
+    const auto finish = [&](const Tile& tile, TileReport tile_report, const Film& pixels) {
         const std::uint64_t index = header.grid.index_of(tile);
         std::string_view record;
         if (journal || results.keeps_records()) record = encode_tile(header, index, tile_report, pixels);
         if (journal) journal->append(record);
-        results.add(index, tile_report, results.keeps_records() ? std::string(record) : std::string());
+        results.add(index, std::move(tile_report), results.keeps_records() ? std::string(record) : std::string());
     };
     if (results.keeps_records()) control.tile_film_finished = finish;
     else
-        control.tile_finished = [&](const Tile& tile, const TileReport& tile_report) {
-            finish(tile, tile_report, film);
+        control.tile_finished = [&](const Tile& tile, TileReport tile_report) {
+            finish(tile, std::move(tile_report), film);
         };
     RunReport report = render_with_errors(plan, film, control);
     if (journal && report.interrupted) journal->sync();

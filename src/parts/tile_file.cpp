@@ -128,9 +128,9 @@ bool add_tile(const TileFileHeader& header, const std::string& record, Film& fil
     if (index >= header.grid.count() || !header.part.contains(index) || results.has(index)) return false;
     const Tile expected = header.grid.tile(index);
     if (std::memcmp(&tile, &expected, sizeof tile) != 0) return false;
-    const TileReport report = get_report(reader);
+    TileReport report = get_report(reader);
     get_pixels(reader, tile, film);
-    return reader.empty() && results.add(index, report, results.keeps_records() ? record : std::string());
+    return reader.empty() && results.add(index, std::move(report), results.keeps_records() ? record : std::string());
 } catch (const InputError&) {
     return false;
 }

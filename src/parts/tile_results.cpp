@@ -13,13 +13,13 @@ void TileResults::add_recent() const {
     recent_.clear();
 }
 
-bool TileResults::add(std::uint64_t index, const TileReport& report, std::string record) {
+bool TileResults::add(std::uint64_t index, TileReport report, std::string record) {
     const std::lock_guard lock(adding_);
     if (index < has_.size() && has_[index]) return false;
     if (index >= has_.size()) has_.resize(index + 1);
     has_[index] = true;
     ++count_;
-    recent_.push_back(report);
+    recent_.push_back(std::move(report));
     if (recent_.size() == reports_per_sum) add_recent();
     if (keeps_records_) records_.emplace(index, std::move(record));
     return true;

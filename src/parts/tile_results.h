@@ -20,7 +20,7 @@ public:
     explicit TileResults(Records records = Records::dropped) : keeps_records_(records == Records::kept) {}
 
     /// Returns false, and changes nothing, if the tile was already added. `record` is what encode_tile returns.
-    bool add(std::uint64_t index, const TileReport& report, std::string record = {});
+    bool add(std::uint64_t index, TileReport report, std::string record = {});
     bool has(std::uint64_t index) const;
     std::uint64_t count() const;
     bool keeps_records() const { return keeps_records_; }

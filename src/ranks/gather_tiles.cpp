@@ -95,10 +95,10 @@ public:
         own_control.progress = {};
         own_control.film_mutex = &film_mutex_;
         add_supply(own_control, supply_, header_.grid, *work_.stop());
-        own_control.tile_finished = [this](const Tile& tile, const TileReport& tile_report) {
+        own_control.tile_finished = [this](const Tile& tile, TileReport tile_report) {
             const std::uint64_t index = header_.grid.index_of(tile);
             if (journal_) journal_->append(encode_tile(header_, index, tile_report, film_));
-            results_.add(index, tile_report);
+            results_.add(index, std::move(tile_report));
         };
         RunReport report;
         const std::vector<std::string> ends = work_.run([&] {

@@ -130,8 +130,8 @@ RunReport render(const Plan& plan, Film& film, const RunControl& control, const 
     RunControl remaining_control = control;
     remaining_control.time_limit -= predict_seconds;
     if (control.tile_film_finished)
-        remaining_control.tile_finished = [&](const Tile& tile, const TileReport& tile_report) {
-            control.tile_film_finished(tile, tile_report, tile_films.take(tile));
+        remaining_control.tile_finished = [&](const Tile& tile, TileReport tile_report) {
+            control.tile_film_finished(tile, std::move(tile_report), tile_films.take(tile));
         };
     RunReport report = run_tiles(plan, job, work, rays, finish_tile, remaining_control, branch_choice_of(plan),
                                  plan.run.interpolation_bound);

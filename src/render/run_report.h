@@ -112,9 +112,9 @@ struct RunTotals {
 using Progress = std::function<void(double done, double seconds)>;
 
 /// Receives a tile whose pixels are complete. It is called from several threads at once, for different tiles.
-using TileFinished = std::function<void(const Tile&, const TileReport&)>;
+using TileFinished = std::function<void(const Tile&, TileReport)>;
 /// Receives a tile with a film that contains nothing but its pixels.
-using TileFilmFinished = std::function<void(const Tile&, const TileReport&, const Film&)>;
+using TileFilmFinished = std::function<void(const Tile&, TileReport, const Film&)>;
 
 /// The callbacks of a run, and the conditions that cancel it. Tiles in progress may then continue for half a second, or
 /// for half the time limit if that is shorter.

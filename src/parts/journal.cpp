@@ -24,6 +24,8 @@ constexpr std::chrono::milliseconds write_interval{10};
 constexpr std::chrono::milliseconds longest_wait{50};
 /// Size of pending records that are written at once, in bytes.
 constexpr std::size_t max_pending = 262144;
+/// Size of pending records for which threads wait until an earlier write ends, in bytes.
+constexpr std::size_t most_pending = 64 * max_pending;
 /// Interval of the transfers to the disk.
 constexpr std::chrono::seconds transfer_interval{5};
 
@@ -93,7 +95,7 @@ void Journal::lock_file() {
 
 Journal::~Journal() {
     writer_ = {};  // waits for the thread
-    if (!removed_ && error_ == 0) write_pending();
+    if (!removed_) write_pending();
     if (!removed_ && size_ == 0 && !header_) unlink(path_.c_str());
     close(file_);
 }
@@ -131,31 +133,53 @@ std::uint64_t Journal::read(Film& film, TileResults& results) {
     return cut_after(tiles.valid_bytes);
 }
 
-void Journal::append(std::string_view record) {
-    const std::lock_guard lock(appending_);
+/// Throws RunError if a write or transfer failed.
+void Journal::refuse_after_error() const {
     if (const int error = error_) refuse_write(error);
-    pending_ += record;
-    if (pending_.size() >= max_pending || Clock::now() - written_ >= write_interval)
-        if (const int error = write_pending(); error != 0) refuse_write(error);
-    if (!writer_.joinable()) writer_ = std::jthread([this](const std::stop_token& stop) { write_repeatedly(stop); });
 }
 
-/// Writes the pending records. If this fails, cuts the file after its last complete record, and returns the error of
-/// the system.
-int Journal::write_pending() {
-    const int error = write_all(file_, pending_);
-    if (error == 0) size_ += pending_.size();
-    else if (ftruncate(file_, static_cast<off_t>(size_)) == 0) lseek(file_, static_cast<off_t>(size_), SEEK_SET);
-    pending_.clear();
-    written_ = Clock::now();
-    return error;
+void Journal::append(std::string_view record) {
+    refuse_after_error();
+    bool is_due = false, must_wait = false;
+    {
+        const std::lock_guard lock(appending_);
+        pending_ += record;
+        is_due = pending_.size() >= max_pending || Clock::now() - written_ >= write_interval;
+        must_wait = pending_.size() >= most_pending;
+        if (!writer_.joinable())
+            writer_ = std::jthread([this](const std::stop_token& stop) { write_repeatedly(stop); });
+    }
+    if (!is_due) return;
+    std::unique_lock lock(writing_, std::defer_lock);
+    if (must_wait) lock.lock();
+    else if (!lock.try_lock()) return;  // another thread is writing; the next record, or the writer, continues
+    write_pending();
+    refuse_after_error();
 }
 
-/// Transfers the file to the disk, at first with its entry in the folder. Returns 0, or the error of the system. Some
-/// file systems do not support the transfer; the data is then in the hands of the system, which writes it later.
-int Journal::transfer() {
+/// Writes the pending records, unless an earlier write failed; `writing_` is locked. If this write fails, cuts the file
+/// after its last complete record.
+void Journal::write_pending() {
+    taken_.clear();
+    {
+        const std::lock_guard lock(appending_);
+        std::swap(taken_, pending_);
+        written_ = Clock::now();
+    }
+    if (error_ != 0 || taken_.empty()) return;
+    if (const int error = write_all(file_, taken_); error == 0) {
+        size_ += taken_.size();
+    } else {
+        error_ = error;
+        if (ftruncate(file_, static_cast<off_t>(size_)) == 0) lseek(file_, static_cast<off_t>(size_), SEEK_SET);
+    }
+}
+
+/// Transfers the file to the disk, at first with its entry in the folder. Some file systems do not support the
+/// transfer; the data is then in the hands of the system, which writes it later.
+void Journal::transfer() {
     if (!is_entry_transferred_.exchange(true)) transfer_entry(path_);
-    return fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS ? errno : 0;
+    if (fdatasync(file_) != 0 && errno != EINVAL && errno != EROFS) error_ = errno;
 }
 
 /// Writes pending records again and again, and transfers the file to the disk at longer intervals. A run that ends
@@ -165,11 +189,11 @@ void Journal::write_repeatedly(const std::stop_token& stop) {
     auto next_transfer = Clock::now() + transfer_interval;
     while (!stop.stop_requested()) {
         {
-            const std::lock_guard appending(appending_);
-            if (const int error = pending_.empty() ? 0 : write_pending(); error != 0) error_ = error;
+            const std::lock_guard writing(writing_);
+            write_pending();
         }
         if (Clock::now() >= next_transfer) {
-            if (const int error = transfer(); error != 0) error_ = error;
+            transfer();
             next_transfer = Clock::now() + transfer_interval;
         }
         stopping_.wait_for(lock, stop, longest_wait, [] { return false; });
@@ -177,10 +201,10 @@ void Journal::write_repeatedly(const std::stop_token& stop) {
 }
 
 void Journal::sync() {
-    const std::lock_guard lock(appending_);
-    if (const int error = error_) refuse_write(error);
-    if (const int error = write_pending(); error != 0) refuse_write(error);
-    if (const int error = transfer(); error != 0) refuse_write(error);
+    const std::lock_guard lock(writing_);
+    write_pending();
+    transfer();
+    refuse_after_error();
 }
 
 void Journal::remove() {

@@ -41,11 +41,12 @@ public:
 
 private:
     [[noreturn]] void refuse_write(int error) const;
+    void refuse_after_error() const;
     void lock_file();
     void cut(std::uint64_t size);
     std::uint64_t cut_after(std::uint64_t size);
-    int write_pending();
-    int transfer();
+    void write_pending();
+    void transfer();
     void write_repeatedly(const std::stop_token& stop);
 
     std::string path_;
@@ -53,8 +54,10 @@ private:
     std::optional<TileFileHeader> header_;
     std::uint64_t size_ = 0;  ///< Size of the file up to its last complete record.
     bool removed_ = false;
-    std::mutex appending_;                             ///< Protects the next two members and the file.
-    std::string pending_;                              ///< Records that are not yet in the file.
+    std::mutex writing_;    ///< Protects the file, its size and the next member.
+    std::string taken_;     ///< Records that are being written.
+    std::mutex appending_;  ///< Protects the next two members. A thread that needs both locks this one last.
+    std::string pending_;   ///< Records that are not yet in the file.
     std::chrono::steady_clock::time_point written_{};  ///< Time of the last write.
     std::atomic<int> error_ = 0;            ///< Error of the system in an earlier write or transfer; 0: none.
     std::atomic<bool> is_entry_transferred_ = false;  ///< The entry of the file in its folder is on the disk.

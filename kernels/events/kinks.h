@@ -32,7 +32,7 @@ public:
     explicit KinkSearch(const Task<V>& task)
         : task_(task), reach_(task.kernel.kinked ? stage_reach_of(task.method) : StageReach{}) {}
 
-    /// Distance from a kink at which steps end before and behind it, as a value of the switching function.
+    /// Greatest distance from a kink at which steps end before and behind it, as a value of the switching function.
     static constexpr S margin = std::is_same_v<S, float> ? S(1e-5) : S(1e-12);
 
     /// Returns the steps of `lanes` that cross a kink or pass it. The kink is searched on the dense output of the step.
@@ -45,14 +45,18 @@ public:
             reach_.behind > 0 ? from_bits<V>(lanes) & reaches_back(step, curve) : bracket.none();
         if (!any(bracket.crossing | is_leaving)) return found;
         const V rate = rate_at_start(step);
-        // Close to a kink and moving towards it: one short step, to the same distance behind the kink.
-        const MaskOf<V> is_close = abs(start) <= V(2 * margin);
-        const V pass_length = (abs(start) + V(margin)) / abs(rate);
-        const MaskOf<V> approaching = bracket.crossing & is_close & (rate * start < V(S(0)));
-        const MaskOf<V> is_short = abs(step.h) <= V(S(4)) * pass_length;
+        // Close to a kink and moving towards it: one short step, to the same distance behind the kink. Where the
+        // switching function is flat, a few steps come closer to the kink before.
+        const Distances distances = distances_at(step.start);
+        const MaskOf<V> approaching =
+            bracket.crossing & (abs(start) <= V(S(2)) * distances.approach) & (rate * start < V(S(0)));
+        const MaskOf<V> is_close = abs(start) <= V(S(2)) * distances.pass;
+        const V pass_length =
+            select(is_close, abs(start) + distances.pass, length_before(V(S(1))) * abs(start)) / abs(rate);
+        const MaskOf<V> is_short = is_close & (abs(step.h) <= V(S(4)) * pass_length);
         found.passing = to_bits(approaching & is_short);
         // Otherwise: to a point before the kink, or so short that no stage lies beyond the kink behind the start.
-        narrow(step, curve, bracket);
+        narrow(step, curve, bracket, distances.approach);
         const V approach = select(bracket.crossing, length_before(bracket.before) * step.h, no_limit);
         const V departure = V(S(0.9 / std::max(reach_.behind, 1e-3))) * abs(start / rate);
         const MaskOf<V> departs = is_leaving & (rate * start > V(S(0))) & (departure < V(S(0.99)) * step.h);
@@ -71,6 +75,34 @@ public:
     }
 
 private:
+    /// Distances from a kink, as values of the switching function.
+    struct Distances {
+        V approach;  ///< To this distance, steps come by means of dense output.
+        V pass;      ///< From this distance, a short step passes the kink to the same distance behind it.
+    };
+    /// Returns the distances for a kink near a state. They are small where the switching function is flat, as near one
+    /// of two kinks that are close together: forces may be great there, so that the short step must be a small multiple
+    /// of the rounding errors of positions.
+    Distances distances_at(const RayState<V>& at) const {
+        constexpr bool is_float = std::is_same_v<S, float>;
+        constexpr S flat = S(0.1), resolution = S(64) * machine_epsilon<S>, reach_of_dense_output = is_float ? 4 : 64;
+        const V slope = change_over_size(at), pass = select(slope < V(flat), V(resolution) * slope, V(margin));
+        return {min(V(reach_of_dense_output) * pass, V(margin)), min(pass, V(margin))};
+    }
+    /// Returns the length of the gradient of the switching function in space, times the size of the coordinates.
+    V change_over_size(const RayState<V>& at) const {
+        const Vec3<V> q = at.q();
+        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), length = V(S(std::sqrt(machine_epsilon<S>))) * size;
+        V sum(S(0));
+        for (int k = 0; k < space_size; ++k) {
+            State<V> beside = at;
+            beside.y[k] = beside.y[k] + length;
+            const V change = (task_.kernel.switching_function(task_.system, beside) - at.switching) / length;
+            sum = sum + change * change;
+        }
+        return sqrt(sum) * size;
+    }
+
     /// Least jump of H that ends a ray, relative to the terms of H. It is much greater than the rounding error of H,
     /// and much less than a jump that bends rays visibly.
     static constexpr S least_jump = std::is_same_v<S, float> ? S(1e-2) : S(1e-6);
@@ -118,12 +150,12 @@ private:
         }
         return found;
     }
-    /// Narrows a bracket around the point at the distance `margin` before the kink, by the method of false position on
-    /// the dense output (Illinois).
-    void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket) const {
+    /// Narrows a bracket around the point at a distance before the kink, by the method of false position on the dense
+    /// output (Illinois).
+    void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket, const V& distance) const {
         const V zero(S(0)), &start = step.start.switching;
         auto& [before, behind, value_before, value_behind, crossing] = bracket;
-        const V target = select(start < zero, V(-margin), V(margin));
+        const V target = select(start < zero, -distance, distance);
         value_before = value_before - target;
         value_behind = value_behind - target;
         for (int i = 0; i < 12; ++i) {

@@ -32,7 +32,7 @@ V energy_jump(const System& system, const State<V>& start, const State<V>& end, 
         system.derivatives(state, d);
         rates = rates + sqrt((d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (d[3] * d[3] + d[4] * d[4] + d[5] * d[5]));
     }
-    constexpr S reserve = 4;  // for derivatives that change in the step
+    constexpr S reserve = 16;  // for methods of high order: the absolute values of their weights have sums up to 13
     const V change = abs(behind.energy_residual - before.energy_residual) - V(reserve) * abs(h) * rates;
     return max(change, V(S(0))) / sqrt(before.squared_energy_terms);
 }

@@ -167,7 +167,7 @@ std::optional<TileFileHeader> read_header(std::istream& in, const std::string& p
     if (version != format_version)
         throw InputError(path + " has version " + std::to_string(version) +
                          " of the format; this program reads version " + std::to_string(format_version) +
-                         "; use the kagero that wrote the file");
+                         "; use the kagero that wrote the file, or remove it and render again");
     const Record record = read_record(in);
     if (record.state == RecordState::incomplete) return {};
     if (record.state == RecordState::damaged || record.kind != RecordKind::header)

@@ -1,5 +1,6 @@
 #include "paths/trace_paths.h"
 
+#include "paths/circling_rays.h"
 #include "paths/medium_indices.h"
 #include "paths/segments.h"
 #include "rays/pixel_rays.h"
@@ -318,8 +319,12 @@ void trace_paths(const Plan& plan, const Job& job, const Tile& tile, BranchChoic
     Job cancellable = job;
     cancel.install(cancellable);
     rays.paths.clear();
-    if (!plan.run.max_bounces && plan.media.empty())
-        return trace_tile(*plan.run.kernel, cancellable, tile, rays.list, rays.ends, counters.total);
+    if (!plan.run.max_bounces && plan.media.empty()) {
+        trace_tile(*plan.run.kernel, cancellable, tile, rays.list, rays.ends, counters.total);
+        if (job.rays && rays.list.starts.empty())
+            retrace_circling_rays(plan, cancellable, job.rays + tile.x0, rays.ends, counters.total);
+        return;
+    }
     Generations generations(plan, cancellable, tile, choice, rays, counters, cancel);
     generations.start();
     generations.follow();

@@ -197,6 +197,7 @@ Plan make_plan(std::shared_ptr<const Scene> loaded, const Options& options, Purp
     check_disks(scene.space, scene.description, scene.unit);
     for (const auto& medium : scene.media) plan.media.push_back(plan_of_medium(medium, options));
     const std::vector<ObjectDescription>& objects = scene.description.objects;
+    if (purpose == Purpose::ray_list) plan.circling_run = circling_run_of(scene, plan.run);
     if (purpose == Purpose::ray_list) plan.run.max_bounces = options.bounces;
     else if (std::any_of(objects.begin(), objects.end(), sends_light_on))
         plan.run.max_bounces = scene.description.film.max_bounces;

@@ -35,6 +35,9 @@ struct Plan {
     std::shared_ptr<const Scene> scene;
     View view;
     RunConfig run;
+    /// For the rays of a list that `run` cannot follow to their end within max_steps, because they circle a hole too
+    /// often; empty if the scene states how rays are integrated, or if no method of the space has angular steps.
+    std::optional<RunConfig> circling_run;
     std::vector<Plan> media;                        ///< Plans of the media, in the order of the scene file.
     std::optional<MethodTrial> method_trial;        ///< Set by a function of src/tuning.
     std::optional<PrecisionTrial> precision_trial;  ///< Set by a function of src/tuning.

@@ -183,6 +183,22 @@ RunConfig default_run(const Scene& scene, const Options& options, Purpose purpos
     return run;
 }
 
+std::optional<RunConfig> circling_run_of(const Scene& scene, const RunConfig& run) {
+    constexpr double step = 0.1;  // radians; the error of a direction is then of the order of rounding errors
+    const char* const method = scene.space.info().orbit_method;
+    const bool is_default = states_no_accuracy(scene.description.integrator) && !scene.straight;
+    if (!method || !is_default || !scene.description.integrator.use_symmetry) return {};
+    RunConfig circling = run;
+    circling.method = {integrator_index(scene.module(), method), false};
+    if (refusal_of(scene, circling.method.integrator, false)) return {};
+    KernelRequest request = run.kernel_request;
+    request.precision = run.kernel->precision;
+    circling.kernel = find_kernel(scene, circling.method, request);
+    if (!circling.kernel) return {};
+    circling.step = step;
+    return circling;
+}
+
 Job job_of(const Scene& scene, const View& view, const RunConfig& run) {
     KAGERO_ASSERT(run.kernel && run.step > 0 && run.max_steps > 0 &&
                   run.method.integrator < scene.module().integrator_count);

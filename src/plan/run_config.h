@@ -49,6 +49,10 @@ struct RunConfig {
 /// No trial rays are traced. Throws InputError if the method or every kernel refuses the scene.
 RunConfig default_run(const Scene& scene, const Options& options, Purpose purpose);
 
+/// Returns a configuration for the rays of a list that circle a hole more often than `run`, the default, can follow:
+/// with the method of the space whose steps are angles. Returns nothing if the space has none.
+std::optional<RunConfig> circling_run_of(const Scene& scene, const RunConfig& run);
+
 /// Returns the argument of a kernel. The job contains pointers into the scene and the view, which must outlive it.
 Job job_of(const Scene& scene, const View& view, const RunConfig& run);
 

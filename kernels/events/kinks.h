@@ -32,7 +32,8 @@ public:
     explicit KinkSearch(const Task<V>& task)
         : task_(task), reach_(task.kernel.kinked ? stage_reach_of(task.method) : StageReach{}) {}
 
-    /// Greatest distance from a kink at which steps end before and behind it, as a value of the switching function.
+    /// Distance from a kink at which steps end before and behind it, as a value of the switching function, if this
+    /// function changes by about 1 over the size of the coordinates.
     static constexpr S margin = std::is_same_v<S, float> ? S(1e-5) : S(1e-12);
 
     /// Returns the steps of `lanes` that cross a kink or pass it. The kink is searched on the dense output of the step.
@@ -82,12 +83,14 @@ private:
     };
     /// Returns the distances for a kink near a state. They are small where the switching function is flat, as near one
     /// of two kinks that are close together: forces may be great there, so that the short step must be a small multiple
-    /// of the rounding errors of positions.
+    /// of the rounding errors of positions. They are great where the switching function is steep, because a distance
+    /// must not be shorter than these errors.
     Distances distances_at(const RayState<V>& at) const {
         constexpr bool is_float = std::is_same_v<S, float>;
         constexpr S flat = S(0.1), resolution = S(64) * machine_epsilon<S>, reach_of_dense_output = is_float ? 4 : 64;
-        const V slope = change_over_size(at), pass = select(slope < V(flat), V(resolution) * slope, V(margin));
-        return {min(V(reach_of_dense_output) * pass, V(margin)), min(pass, V(margin))};
+        const V slope = change_over_size(at), greatest = V(margin) * max(slope, V(S(1))),
+                pass = select(slope < V(flat), V(resolution) * slope, greatest);
+        return {min(V(reach_of_dense_output) * pass, greatest), min(pass, greatest)};
     }
     /// Returns the length of the gradient of the switching function in space, times the size of the coordinates.
     V change_over_size(const RayState<V>& at) const {

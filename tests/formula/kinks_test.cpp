@@ -199,8 +199,8 @@ struct Shells {
             sum += " + " + to_toml(step) + "*min(1, max(0, (" + to_toml(radius) + " - r)/w))";
         return sum;
     }
-    /// Returns the angle by which the ball bends a ray with the impact parameter b that crosses all shells (Bouguer: n r
-    /// sin α = b). The integral over a shell is computed with the rule of Gauss and Legendre.
+    /// Returns the angle by which the ball bends a ray with the impact parameter b that crosses all shells (Bouguer:
+    /// n r sin α = b). The integral over a shell is computed with the rule of Gauss and Legendre.
     double deflection(double b) const {
         double polar_angle = std::asin(b / radii.front()), n = 1;  // between the ray's direction and its closest point
         for (std::size_t k = 0; k < radii.size(); ++k) {

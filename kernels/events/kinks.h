@@ -87,7 +87,8 @@ private:
     /// must not be shorter than these errors.
     Distances distances_at(const RayState<V>& at) const {
         constexpr bool is_float = std::is_same_v<S, float>;
-        constexpr S flat = S(0.1), resolution = S(64) * machine_epsilon<S>, reach_of_dense_output = is_float ? 4 : 64;
+        constexpr S flat = S(is_float ? 0.1 : 0.01), resolution = S(64) * machine_epsilon<S>,
+                    reach_of_dense_output = is_float ? 4 : 64;
         const V slope = change_over_size(at), greatest = V(margin) * max(slope, V(S(1))),
                 pass = select(slope < V(flat), V(resolution) * slope, greatest);
         return {min(V(reach_of_dense_output) * pass, greatest), min(pass, greatest)};

@@ -22,13 +22,16 @@ void retrace_circling_rays(const Plan& plan, const Job& job, const RayStart* fir
     circling.cancel_user = job.cancel_user;
     std::vector<RayEnd> again;
     trace_tile(*plan.circling_run->kernel, circling, {}, list, again, counters);
-    counters.ended[static_cast<std::size_t>(Status::step_limit)] -= retraced.size();
     for (std::size_t k = 0; k < retraced.size(); ++k) {
         RayEnd& end = ends[retraced[k]];
-        again[k].steps += end.steps;
-        again[k].gradients += end.gradients;
-        again[k].queries += end.queries;
-        end = again[k];
+        const RayEnd& second = again[k];
+        const bool is_followed = second.status != Status::step_limit && second.status != Status::failed;
+        --counters.ended[static_cast<std::size_t>(is_followed ? end.status : second.status)];
+        const RayEnd first_try = end;
+        if (is_followed) end = second;
+        end.steps = first_try.steps + second.steps;
+        end.gradients = first_try.gradients + second.gradients;
+        end.queries = first_try.queries + second.queries;
     }
 }
 

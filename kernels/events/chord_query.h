@@ -322,8 +322,8 @@ private:
     bool starts_off_surfaces() const {
         const CameraRays* camera = task_.job.camera;
         if (!camera) return false;
-        const double* q = camera->position;
-        const double size = std::max({std::abs(q[0]), std::abs(q[1]), std::abs(q[2])}) + 1 / geometry_.scale;
+        const auto [x, y, z] = camera->position;
+        const double size = greatest_component(Vec3<double>{x, y, z}) + 1 / geometry_.scale;
         return camera->clearance > 2 * double(end_offset) / geometry_.scale + 16 * double(machine_epsilon<S>) * size;
     }
 

@@ -45,8 +45,7 @@ template <class V>
 V position_rounding(const Step<V>& step, const Vec3<V>& q, const V& full_length) {
     using S = ScalarOf<V>;
     const Vec3<V>& v = step.start.velocity;
-    const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
-    const V rounding = V(machine_epsilon<S>) * size / (speed * abs(full_length));
+    const V rounding = V(machine_epsilon<S>) * greatest_component(q) / (greatest_component(v) * abs(full_length));
     return select(is_finite(rounding), rounding, V(S(0)));
 }
 

@@ -199,7 +199,7 @@ private:
             const Vec3<double> crossing = advance(at, distance, velocity);
             const double lane_reach = double(get_lane(reach, i)),  // for radii of curvature above 1/8 of the size
                 bending = allows_bending ? 4 * lane_reach * lane_reach * geometry().scale : 0;
-            const double size = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z), 1 / geometry().scale});
+            const double size = std::max(greatest_component(at), 1 / geometry().scale);
             return bool(
                 triangle_of(other, triangle).contains_line(crossing, velocity, std::max(rounding * size, bending)));
         };
@@ -293,8 +293,8 @@ private:
 
     /// Returns the rounding error of a height above the sphere.
     V height_rounding(const LevelSet<V>& sphere, const Vec3<V>& q) const {
-        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)) + abs(sphere.center.x) + abs(sphere.center.y) +
-                       abs(sphere.center.z) + fast_sqrt(sphere.radius2);
+        const V size = greatest_component(q) + abs(sphere.center.x) + abs(sphere.center.y) + abs(sphere.center.z) +
+                       fast_sqrt(sphere.radius2);
         return V(S(4) * machine_epsilon<S>) * size;
     }
 

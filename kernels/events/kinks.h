@@ -95,8 +95,7 @@ private:
     }
     /// Returns the length of the gradient of the switching function in space, times the size of the coordinates.
     V change_over_size(const RayState<V>& at) const {
-        const Vec3<V> q = at.q();
-        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), length = V(S(std::sqrt(machine_epsilon<S>))) * size;
+        const V size = greatest_component(at.q()), length = V(S(std::sqrt(machine_epsilon<S>))) * size;
         V sum(S(0));
         for (int k = 0; k < space_size; ++k) {
             State<V> beside = at;
@@ -178,10 +177,10 @@ private:
     /// is taken over a length that is large compared with the rounding errors of the position.
     V rate_at_start(const StepperState<V>& step) const {
         const Vec3<V> q = step.start.q(), &v = step.start.velocity;
-        const V size = max(max(abs(q.x), abs(q.y)), abs(q.z)), speed = max(max(abs(v.x), abs(v.y)), abs(v.z));
-        const V length = max(V(S(1e-4)) * abs(step.h), V(S(std::sqrt(machine_epsilon<S>))) * size / speed);
+        const V rounding = V(S(std::sqrt(machine_epsilon<S>))) * greatest_component(q) / greatest_component(v);
+        const V length = max(V(S(1e-4)) * abs(step.h), rounding);
         State<V> ahead = step.start;
-        ahead.set(advance(step.start.q(), length, step.start.velocity), step.start.p());
+        ahead.set(advance(q, length, v), step.start.p());
         return (task_.kernel.switching_function(task_.system, ahead) - step.start.switching) / length;
     }
     /// Returns the switching function on the dense output at the fraction s of the step, where the momentum is

@@ -196,7 +196,7 @@ public:
     /// Returns the rounding error of a height above a plane at q.
     template <class T>
     T rounding_at(const Vec3<T>& q) const {
-        const T size = max(max(abs(q.x), abs(q.y)), abs(q.z)) + T(ScalarOf<T>(1 / geometry_.scale));
+        const T size = greatest_component(q) + T(ScalarOf<T>(1 / geometry_.scale));
         return T(ScalarOf<T>(4 * machine_epsilon<S>)) * size;
     }
 

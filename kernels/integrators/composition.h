@@ -139,14 +139,14 @@ private:
             const Vec3<V> previous = next(iterate);
             iterate = next(previous);
             x = select<V>(convergence.unconverged(), iterate, x);
-            const V change = greatest_difference(iterate, previous);
+            const V change = greatest_component(iterate - previous);
             convergence.update_every_second(half == HalfStep::kick ? convergence.relative_p(change)
                                                                    : convergence.relative_q(change));
         }
         if constexpr (half == HalfStep::kick) {
             // A solution whose distance from p is of the order of |p| may be a second solution of the equation. These
             // lanes are solved again by Newton's method, which tests the eigenvalues of the Jacobian.
-            convergence.mark_unconverged(convergence.relative_p(greatest_difference(x, p)) > V(S(0.5)));
+            convergence.mark_unconverged(convergence.relative_p(greatest_component(x - p)) > V(S(0.5)));
         }
         step.gradients += evaluations;
         step.lane_iterations += evaluations;

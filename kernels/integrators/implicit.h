@@ -88,11 +88,6 @@ KAGERO_INLINE State<V> make_state(const StepperState<V, N>& step, const Vec3<V>&
     return {{q.x, q.y, q.z, p.x, p.y, p.z, step.start.pt()}};
 }
 
-/// Returns the greatest component of |a − b|.
-template <class V>
-KAGERO_INLINE V greatest_difference(const Vec3<V>& a, const Vec3<V>& b) {
-    return max(max(abs(a.x - b.x), abs(a.y - b.y)), abs(a.z - b.z));
-}
 /// Returns a in the lanes of m, else b.
 template <class V>
 KAGERO_INLINE Vec3<V> select(const MaskOf<V>& m, const Vec3<V>& a, const Vec3<V>& b) {

@@ -54,7 +54,7 @@ Vec3<V> SharedSolvers<V, N>::newton(HalfStep half, const CalledSystem<V, N>& sys
         const Vec3<V> next = half == HalfStep::kick ? retreat(p, tau, system.gradient_q(s))
                                                     : advance(q, tau, system.gradient_p(s));
         const Vec3<V> fresh = x - solve3(j, x - next, determinant);
-        const V change = greatest_difference(fresh, x);
+        const V change = greatest_component(fresh - x);
         right_solution = right_solution & (eigenvalues_positive(j, determinant) | !convergence.unconverged());
         x = select<V>(convergence.unconverged(), fresh, x);
         convergence.update_quadratic(half == HalfStep::kick ? convergence.relative_p(change)

@@ -102,7 +102,7 @@ std::uint64_t confirmed_hits(const Surface* surfaces, const std::uint32_t (&surf
     for (const int i : lanes_in(lanes))
         if (surfaces[surface[i]].kind == Surface::Kind::sphere) on_triangles &= ~(std::uint64_t(1) << i);
     if (!on_triangles) return lanes;
-    const V greatest = max(max(abs(x.x), abs(x.y)), max(abs(x.z), V(S(size)))),
+    const V greatest = max(greatest_component(x), V(S(size))),
             rounding = V(max(S(4) * machine_epsilon<S>, S(margin))) * greatest;
     const Triangle<V> triangles = triangles_of<V>(surfaces, surface, primitive, on_triangles);
     return lanes & (~on_triangles | to_bits(triangles.contains_line(x, v, rounding)));

@@ -1,6 +1,9 @@
 /// Vectors with three components of any number type.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 namespace kagero {
 
 template <class V>
@@ -23,5 +26,11 @@ constexpr Vec3<V> cross(const Vec3<V>& a, const Vec3<V>& b) {
 /// Returns the Euclidean length.
 template <class V>
 constexpr V norm(const Vec3<V>& a) { return sqrt(dot(a, a)); }
+/// Returns the greatest magnitude of a component. Unlike norm, it never overflows.
+template <class V>
+constexpr V greatest_component(const Vec3<V>& a) {
+    using std::abs, std::max;
+    return max(max(abs(a.x), abs(a.y)), abs(a.z));
+}
 
 }  // namespace kagero

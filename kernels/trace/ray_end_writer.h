@@ -201,7 +201,7 @@ private:
     }
     /// Returns unit vectors along v. The square of v may overflow, so v is scaled first.
     static Vec3<V> direction_of(const Vec3<V>& v) {
-        const V least(std::numeric_limits<S>::min()), largest = max(max(abs(v.x), abs(v.y)), max(abs(v.z), least));
+        const V largest = max(greatest_component(v), V(std::numeric_limits<S>::min()));
         const Vec3<V> scaled = total_recip(largest) * v;
         const V inverse = rsqrt(dot(scaled, scaled));
         return select(is_finite(inverse), inverse, V(S(0))) * scaled;

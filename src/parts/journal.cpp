@@ -18,14 +18,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Time after which pending records are written together with a new one.
+/// Time after which the pending records of a thread are written together with a new one.
 constexpr std::chrono::milliseconds write_interval{10};
-/// Greatest time from the end of a tile to its record in the file, if no other record follows.
-constexpr std::chrono::milliseconds longest_wait{50};
-/// Size of pending records that are written at once, in bytes.
-constexpr std::size_t max_pending = 262144;
-/// Size of pending records for which threads wait until an earlier write ends, in bytes.
-constexpr std::size_t most_pending = 64 * max_pending;
+/// Interval in which the writer looks for pending records of threads whose next record takes long.
+constexpr std::chrono::milliseconds look_interval{50};
+/// Size of pending records that are written at once, in bytes. They should fit in a processor's cache with the data of
+/// the renderer.
+constexpr std::size_t max_pending = 65536;
+/// Size of pending records for which their thread waits until the write of another thread ends, in bytes.
+constexpr std::size_t most_pending = 128 * max_pending;
 /// Interval of the transfers to the disk.
 constexpr std::chrono::seconds transfer_interval{5};
 
@@ -35,6 +36,13 @@ bool is_file_at(int file, const std::string& path) {
     }, named{};
     return fstat(file, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
            opened.st_dev == named.st_dev;
+}
+
+/// Returns a number of the calling thread: 0, 1, 2, … in the order of the first calls.
+std::size_t number_of_thread() {
+    static std::atomic<std::size_t> threads = 0;
+    thread_local const std::size_t number = threads++;
+    return number;
 }
 
 /// Writes all bytes. Returns 0, or the error of the system.
@@ -95,7 +103,7 @@ void Journal::lock_file() {
 
 Journal::~Journal() {
     writer_ = {};  // waits for the thread
-    if (!removed_) write_pending();
+    if (!removed_) write_pending(Clock::now());
     if (!removed_ && size_ == 0 && !header_) unlink(path_.c_str());
     close(file_);
 }
@@ -121,7 +129,11 @@ std::uint64_t Journal::cut_after(std::uint64_t size) {
 
 std::uint64_t Journal::begin(const TileFileHeader& header) {
     const std::uint64_t removed = cut_after(0);
-    append(encode_header(header));
+    {
+        const std::lock_guard lock(writing_);
+        write(encode_header(header));
+    }
+    refuse_after_error();
     header_ = header;
     return removed;
 }
@@ -140,38 +152,42 @@ void Journal::refuse_after_error() const {
 
 void Journal::append(std::string_view record) {
     refuse_after_error();
-    bool is_due = false, must_wait = false;
-    {
-        const std::lock_guard lock(appending_);
-        pending_ += record;
-        is_due = pending_.size() >= max_pending || Clock::now() - written_ >= write_interval;
-        must_wait = pending_.size() >= most_pending;
-        if (!writer_.joinable())
-            writer_ = std::jthread([this](const std::stop_token& stop) { write_repeatedly(stop); });
-    }
+    Pending& pending = pending_[number_of_thread() % pending_.size()];
+    const std::lock_guard adding(pending.adding);
+    pending.records += record;
+    const bool is_due = pending.records.size() >= max_pending || Clock::now() - pending.written >= write_interval;
     if (!is_due) return;
-    std::unique_lock lock(writing_, std::defer_lock);
-    if (must_wait) lock.lock();
-    else if (!lock.try_lock()) return;  // another thread is writing; the next record, or the writer, continues
-    write_pending();
+    std::unique_lock writing(writing_, std::defer_lock);
+    if (pending.records.size() >= most_pending) writing.lock();
+    else if (!writing.try_lock()) return;  // another thread is writing; the next record, or the writer, continues
+    write(pending.records);
+    pending.records.clear();
+    pending.written = Clock::now();
+    if (!writer_.joinable()) writer_ = std::jthread([this](const std::stop_token& stop) { write_repeatedly(stop); });
     refuse_after_error();
 }
 
-/// Writes the pending records, unless an earlier write failed; `writing_` is locked. If this write fails, cuts the file
-/// after its last complete record.
-void Journal::write_pending() {
-    taken_.clear();
-    {
-        const std::lock_guard lock(appending_);
-        std::swap(taken_, pending_);
-        written_ = Clock::now();
-    }
-    if (error_ != 0 || taken_.empty()) return;
-    if (const int error = write_all(file_, taken_); error == 0) {
-        size_ += taken_.size();
+/// Writes records, unless an earlier write failed; `writing_` is locked. If this write fails, cuts the file after its
+/// last complete record.
+void Journal::write(std::string_view records) {
+    if (error_ != 0) return;
+    if (const int error = write_all(file_, records); error == 0) {
+        size_ += records.size();
     } else {
         error_ = error;
         if (ftruncate(file_, static_cast<off_t>(size_)) == 0) lseek(file_, static_cast<off_t>(size_), SEEK_SET);
+    }
+}
+
+/// Writes the pending records of all threads that have written nothing since a point in time.
+void Journal::write_pending(Clock::time_point last) {
+    for (Pending& pending : pending_) {
+        const std::lock_guard adding(pending.adding);
+        if (pending.records.empty() || pending.written > last) continue;
+        const std::lock_guard writing(writing_);
+        write(pending.records);
+        pending.records.clear();
+        pending.written = Clock::now();
     }
 }
 
@@ -188,21 +204,17 @@ void Journal::write_repeatedly(const std::stop_token& stop) {
     std::unique_lock lock(pausing_);
     auto next_transfer = Clock::now() + transfer_interval;
     while (!stop.stop_requested()) {
-        {
-            const std::lock_guard writing(writing_);
-            write_pending();
-        }
+        write_pending(Clock::now() - write_interval);
         if (Clock::now() >= next_transfer) {
             transfer();
             next_transfer = Clock::now() + transfer_interval;
         }
-        stopping_.wait_for(lock, stop, longest_wait, [] { return false; });
+        stopping_.wait_for(lock, stop, look_interval, [] { return false; });
     }
 }
 
 void Journal::sync() {
-    const std::lock_guard lock(writing_);
-    write_pending();
+    write_pending(Clock::now());
     transfer();
     refuse_after_error();
 }

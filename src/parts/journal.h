@@ -3,6 +3,7 @@
 
 #include "parts/tile_file.h"
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -29,10 +30,10 @@ public:
     std::uint64_t begin(const TileFileHeader& header);
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
-    /// Appends a record, which is in the file at most 50 ms later: records that follow quickly are written together. A
-    /// separate thread transfers the file to the disk every five seconds, so that rendering does not wait for the disk.
-    /// May be called from several threads. Throws RunError if writing or an earlier transfer failed; the journal then
-    /// ends with its last complete record.
+    /// Appends a record, which is in the file at most 0.1 s later: records of one thread that follow quickly are written
+    /// together. A separate thread transfers the file to the disk every five seconds, so that rendering does not wait
+    /// for the disk. May be called from several threads. Throws RunError if writing or an earlier transfer failed; the
+    /// journal then ends with its last complete record.
     void append(std::string_view record);
     /// Writes all records, and transfers the file to the disk. A run that ends early calls this function.
     void sync();
@@ -40,12 +41,21 @@ public:
     void remove();
 
 private:
+    /// Records that are not yet in the file, of one thread or of a few. Those of each thread stay in the cache of its
+    /// processor.
+    struct Pending {
+        std::mutex adding;  ///< Protects the other members. A thread that needs `writing_`, too, locks this one first.
+        std::string records;
+        std::chrono::steady_clock::time_point written{};  ///< Time of the last write.
+    };
+
     [[noreturn]] void refuse_write(int error) const;
     void refuse_after_error() const;
     void lock_file();
     void cut(std::uint64_t size);
     std::uint64_t cut_after(std::uint64_t size);
-    void write_pending();
+    void write(std::string_view records);
+    void write_pending(std::chrono::steady_clock::time_point last);
     void transfer();
     void write_repeatedly(const std::stop_token& stop);
 
@@ -54,14 +64,11 @@ private:
     std::optional<TileFileHeader> header_;
     std::uint64_t size_ = 0;  ///< Size of the file up to its last complete record.
     bool removed_ = false;
-    std::mutex writing_;    ///< Protects the file, its size and the next member.
-    std::string taken_;     ///< Records that are being written.
-    std::mutex appending_;  ///< Protects the next two members. A thread that needs both locks this one last.
-    std::string pending_;   ///< Records that are not yet in the file.
-    std::chrono::steady_clock::time_point written_{};  ///< Time of the last write.
-    std::atomic<int> error_ = 0;            ///< Error of the system in an earlier write or transfer; 0: none.
+    std::array<Pending, 64> pending_;  ///< Each thread uses one element; more threads than elements share them.
+    std::mutex writing_;               ///< Protects the file and its size.
+    std::atomic<int> error_ = 0;       ///< Error of the system in an earlier write or transfer; 0: none.
     std::atomic<bool> is_entry_transferred_ = false;  ///< The entry of the file in its folder is on the disk.
-    std::condition_variable_any stopping_;  ///< Ends the pauses of the thread.
+    std::condition_variable_any stopping_;            ///< Ends the pauses of the thread.
     std::mutex pausing_;
     std::jthread writer_;  ///< The last member, because its thread uses the others.
 };

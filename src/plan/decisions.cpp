@@ -39,7 +39,7 @@ HamiltonianInfo integrated_properties(const Scene& scene) {
         info.rescales = formula->parsed.rescale >= 0;
         info.discontinuous = has_kinks(*formula);
     }
-    if (!scene.programs.empty()) {
+    if (!scene.integrated.is_of_space()) {
         info.rescales = true;
         std::fill_n(info.cyclic, 3, false);
     }
@@ -84,7 +84,7 @@ std::string cyclic_coordinates(const HamiltonianInfo& properties) {
 std::string reason_against_cyclic_update(const Scene& scene, const RunConfig& run, const HamiltonianInfo& properties) {
     const IntegratorInfo& method = scene.module().integrators[run.method.integrator];
     if (scene.straight) return all_rays_straight;
-    if (!scene.programs.empty()) return "integrator.rescale is an expression";
+    if (!scene.integrated.is_of_space()) return "integrator.rescale is an expression";
     if (cyclic_coordinates(properties).empty()) return "H depends on every coordinate";
     if (!run.use_symmetry) return no_symmetry;
     if (!method.drift_kick) return std::string(method.name) + " updates all coordinates together";
@@ -125,10 +125,10 @@ void add_formula_decisions(const Scene& scene, const RunConfig& run, DecisionLis
 /// Adds the decision whether the programs of H are interpreted.
 void add_code_decision(const Scene& scene, DecisionList& list) {
     const auto& formula = scene.description.space.formula;
-    if (!formula && scene.programs.empty())
+    if (!scene.integrated.has_programs())
         return list.add(false, "interpreter of H", "H and its time rescaling are compiled");
     const std::string function = formula ? "H" : "H times " + scene.description.integrator.rescale;
-    const std::string& reason = scene.formula_code.why_interpreted;
+    const std::string& reason = scene.integrated.code.why_interpreted;
     if (!reason.empty()) return list.add_used("interpreter of H: " + function + " is not compiled, because " + reason);
     list.add_used("machine code for " + function + ", generated when the scene was loaded");
     list.add(false, "interpreter of H", "the machine code gives the same results");
@@ -238,7 +238,7 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
              why_no_family);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),
-             scene.description.space.formula || !scene.programs.empty()
+             scene.integrated.has_programs()
                  ? "a formula keeps the unit of length in which it is written"
                  : "the size of the scene needs no other unit of length");
     return std::move(list.decisions);

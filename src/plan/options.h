@@ -35,7 +35,7 @@ struct Options {
     bool parameter = false;     ///< True: λ is computed at the ends of a ray list.
     bool action = false;        ///< True: the action is computed along the rays of a list.
     bool time = false;          ///< True: the time is computed along the rays of a list.
-    /// True: the scene has programs for the kernels that exist for comparison (Scene::programs).
+    /// True: the scene has programs for the kernels that exist for comparison (IntegratedHamiltonian::programs).
     bool for_comparison = false;
 };
 

@@ -150,7 +150,6 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
     }
     const bool for_comparison = options.for_comparison && !surrounding;
     scene->space = make_space(s.space, module, s.integrator.escape_radius, for_comparison);
-    if (s.space.formula) scene->formula_code = compile_programs(module, scene->space.parameters);
     scene->straight = scene->space.is_straight();
     if (surrounding && scene->straight) s.space.center = surrounding->description.space.center;
     const Shared<SceneGeometry> geometry = geometry_of(*scene, surrounding, purpose, earlier);
@@ -162,13 +161,7 @@ std::shared_ptr<Scene> load_space(SceneDescription description, const Module& mo
                      scene->geometry->distance_from_center(std::numeric_limits<double>::max()) +
                          scene->geometry->diagonal());
     if (s.space.formula) s.integrator = with_scaled_steps(*scene);
-    if (s.integrator.rescaling && !scene->straight)
-        scene->programs = compile_rescaled(s.integrator, scene->space, for_comparison);
-    else if (for_comparison && !s.space.formula && !scene->straight) {
-        scene->recorded_rescaling = scene->space.info().rescales && s.integrator.rescale == "auto";
-        scene->programs = record_space(scene->space, scene->recorded_rescaling);
-    }
-    if (!scene->programs.empty()) scene->formula_code = compile_programs(module, scene->programs);
+    scene->integrated = integrated_hamiltonian(s, scene->space, for_comparison);
     const bool to_horizon = purpose == Purpose::ray_list && options.observer != ObserverKind::falling;
     scene->limits = ray_limits(scene->space, *scene->geometry, s.integrator.escape_radius, to_horizon);
     return scene;
@@ -189,7 +182,7 @@ RayLimits ray_limits(const Space& space, const SceneGeometry& geometry, double e
 }
 
 std::uint32_t Scene::integrated_hamiltonian() const {
-    return programs.empty() ? space.hamiltonian : hamiltonian_index(module(), formula_name);
+    return integrated.is_of_space() ? space.hamiltonian : hamiltonian_index(module(), formula_name);
 }
 
 Catalogue catalogue(const std::string& isa) {
@@ -290,12 +283,12 @@ StepKind step_kind(const Scene& scene, std::uint32_t integrator, bool rescaled) 
 }
 
 const char* refusal_of(const Scene& scene, std::uint32_t integrator, bool rescaled) {
-    const bool is_recorded =
-        !scene.description.space.formula && !scene.programs.empty() && !scene.description.integrator.rescaling;
-    if (is_recorded && rescaled != scene.recorded_rescaling)
-        return scene.recorded_rescaling ? "the programs were recorded with time rescaling"
-                                        : "the programs were recorded without time rescaling";
-    if (scene.description.space.formula || !scene.programs.empty())
+    using Source = IntegratedHamiltonian::Source;
+    if (scene.integrated.source == Source::recorded_rescaled && !rescaled)
+        return "the programs were recorded with time rescaling";
+    if (scene.integrated.source == Source::recorded && rescaled)
+        return "the programs were recorded without time rescaling";
+    if (scene.integrated.has_programs())
         return scene.module().formula_refusal(scene.integrated_parameters(), integrator);
     return scene.module().refusal(scene.space.hamiltonian, integrator, rescaled);
 }

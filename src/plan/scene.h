@@ -4,11 +4,11 @@
 #include "appearance/lights/light_proposals.h"
 #include "appearance/paints.h"
 #include "appearance/redshift.h"
-#include "compiler/formula_compiler.h"
 #include "geometry/geometry.h"
 #include "media/regions.h"
 #include "modules/space.h"
 #include "plan/options.h"
+#include "spaces/integrated_hamiltonian.h"
 
 #include <memory>
 
@@ -34,11 +34,7 @@ RayLimits ray_limits(const Space& space, const SceneGeometry& geometry, double e
 struct Scene {
     SceneDescription description;  ///< Lengths are in `unit`, except the step, whose unit depends on the method.
     Space space;
-    /// Programs of Ω(H − H0), if the scene multiplies a compiled H by an expression, or with Options::for_comparison,
-    /// which records the programs of a compiled H; else empty.
-    std::vector<double> programs;
-    bool recorded_rescaling = false;  ///< With Options::for_comparison and a compiled H: `programs` contain its Ω.
-    FormulaCode formula_code;      ///< How the programs of a formula, or of Ω(H − H0), are evaluated.
+    IntegratedHamiltonian integrated;
     std::string form_remark;       ///< Remark on the form of a formula (spaces/formula_form.h); empty if there is none.
     double unit = 1;               ///< Unit of length of the kernels, in units of the scene file; a power of two.
     bool straight = false;         ///< True if every ray is a straight line, so that no method is needed.
@@ -54,11 +50,12 @@ struct Scene {
     std::vector<std::shared_ptr<const Scene>> media;
 
     const Module& module() const { return *space.module; }
-    /// Returns the index, in Module::hamiltonians, of the integrated Hamiltonian. It is that of the space, or that of
-    /// "formula" if `programs` is not empty.
+    /// Returns the index, in Module::hamiltonians, of the integrated Hamiltonian.
     std::uint32_t integrated_hamiltonian() const;
     /// Returns the parameters or programs of the integrated Hamiltonian.
-    const double* integrated_parameters() const { return programs.empty() ? space.parameters.data() : programs.data(); }
+    const double* integrated_parameters() const {
+        return integrated.is_of_space() ? space.parameters.data() : integrated.programs.data();
+    }
 };
 
 /// Returns the names that scenes may use: the Hamiltonians and integrators of the module for `isa`, and the layers.

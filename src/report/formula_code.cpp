@@ -10,8 +10,8 @@ const FormulaCode* formula_code_of(const Scene& scene) {
         const bool is_interpreted = !code.why_interpreted.empty();
         if (is_interpreted || (code.is_compiled() && !found)) found = &code;
     };
-    consider(scene.formula_code);
-    for (const auto& medium : scene.media) consider(medium->formula_code);
+    consider(scene.integrated.code);
+    for (const auto& medium : scene.media) consider(medium->integrated.code);
     return found;
 }
 

@@ -71,7 +71,8 @@ ParameterPlan plan_with_parameters(const Plan& plan, const std::vector<SweptKey>
     } catch (const InputError& error) {
         return {{}, error.what()};
     }
-    scene->formula_code = compile_programs(base.module(), scene->space.parameters);
+    scene->integrated.source = IntegratedHamiltonian::Source::formula;
+    scene->integrated.code = compile_programs(base.module(), scene->space.parameters);
     ParameterPlan result;
     result.plan.view = plan.view;
     result.plan.run = plan.run;

@@ -76,7 +76,7 @@ std::string reason_for_separate_plans(const Plan& plan, const std::vector<SweptK
                    " with numbers that may differ between the rays of a packet";
     }
     if (formula && !formula->parts.empty()) return "space.parts are compared with space.H in each set";
-    if (states_rescaling(scene) || !scene.programs.empty()) return "integrator.rescale states an expression";
+    if (states_rescaling(scene)) return "integrator.rescale states an expression";
     if (plan.run.max_bounces || scene.regions || !scene.media.empty()) return "rays continue at surfaces";
     if (std::any_of(objects.begin(), objects.end(), [](const auto& object) { return object.shape == Shape::disk; }))
         return "the matter of a disk depends on the parameters";

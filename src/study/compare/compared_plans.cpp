@@ -19,9 +19,8 @@ bool has_compared_kernels(const Plan& plan) {
 }  // namespace
 
 HamiltonianCode code_of(const Scene& scene) {
-    if (scene.formula_code.is_compiled()) return HamiltonianCode::generated;
-    return scene.description.space.formula || !scene.programs.empty() ? HamiltonianCode::interpreted
-                                                                      : HamiltonianCode::built_in;
+    if (!scene.integrated.has_programs()) return HamiltonianCode::built_in;
+    return scene.integrated.code.is_compiled() ? HamiltonianCode::generated : HamiltonianCode::interpreted;
 }
 
 bool can_supplement(const KernelInfo& kernel) {
@@ -41,8 +40,8 @@ std::vector<ComparedPlan> plans_for_comparison(SceneDescription scene, Options o
     options.for_comparison = true;
     try {
         const auto with_code = make_scene(std::move(scene), options, Purpose::picture, plan.scene.get());
-        if (!has_programs && !with_code->formula_code.is_compiled()) {
-            leave_out(with_code->formula_code.why_interpreted);
+        if (!has_programs && !with_code->integrated.code.is_compiled()) {
+            leave_out(with_code->integrated.code.why_interpreted);
             return plans;
         }
         if (!has_programs) plans.push_back({plan, true});

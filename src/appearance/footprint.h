@@ -30,7 +30,7 @@ struct PixelBlock {
 /// The group of rays that a diffuse surface has scattered.
 inline constexpr std::uint32_t scattered_group = 0xffffffff;
 /// Returns true if a diffuse surface has sent the ray into a random direction.
-inline bool is_scattered(const PixelSample& ray) { return ray.path && ray.path->is_scattered; }
+inline bool is_scattered(const PixelSample& ray) { return ray.path && ray.path->scatterings > 0; }
 
 /// Sets PixelSample::group: rays whose paths continue at the same surfaces are in the same group. Only the ends of such
 /// rays depend continuously on the film position. The ends of scattered rays do not: their group is scattered_group,

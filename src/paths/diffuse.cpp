@@ -17,6 +17,15 @@ Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
     return add(point.position, subtract(from, to));
 }
 
+/// Returns the share of the rays that a surface sends toward lights. The factor of the others is the inverse of the
+/// rest. With the share 1 − albedo, light toward which no ray is sent keeps its weight from surface to surface; a greater
+/// share would let the weights, and the noise of bright rooms, grow without limit. The first surfaces of a path have
+/// greater shares, since most of the light of the lamps is on short paths: 1/2, 1/4, …, so that all of them together
+/// multiply the weight by at most 3.5.
+double light_share(double albedo, std::uint32_t scatterings) {
+    return std::min(0.5, std::max(1 - albedo, std::pow(0.5, double(scatterings) + 1)));
+}
+
 }  // namespace
 
 DiffuseColor diffuse_color(const Plan& plan, const DiffusePoint& point, const Double3& toward) {
@@ -43,9 +52,8 @@ Double3 cosine_direction(const Double3& normal, const std::array<double, 2>& poi
 }
 
 ScatteredDirection Scatterer::scatter(const DiffusePoint& point, const SurfaceFrame& frame, const PixelRay& ray,
-                                      std::uint32_t bounce) {
-    constexpr double light_share = 0.5;
-    const std::array<double, 2> square = sample_square(ray, RandomChoice::direction, bounce);
+                                      const PathState& path) {
+    const std::array<double, 2> square = sample_square(ray, RandomChoice::direction, path.bounces);
     const LightProposals* proposals = plan_.scene->lights.get();
     const Double3& normal = frame.shading_normal();
     const auto is_outward = [&](const Double3& direction) { return dot(direction, frame.normal()) > 0; };
@@ -53,12 +61,13 @@ ScatteredDirection Scatterer::scatter(const DiffusePoint& point, const SurfaceFr
         const Double3 direction = cosine_direction(normal, square);
         return {direction, is_outward(direction) ? 1.0 : 0.0};
     }
-    const double number = sample_number(ray, RandomChoice::strategy, bounce);
+    const double number = sample_number(ray, RandomChoice::strategy, path.bounces),
+                 share = light_share(point.albedo, path.scatterings);
     const Double3 direction =
-        number < light_share ? lights_.direction(number / light_share, square) : cosine_direction(normal, square);
+        number < share ? lights_.direction(number / share, square) : cosine_direction(normal, square);
     if (!is_outward(direction)) return {direction, 0};
     const double scattered = std::max(0.0, dot(direction, normal)) / std::numbers::pi;
-    const double density = light_share * lights_.density(direction) + (1 - light_share) * scattered;
+    const double density = share * lights_.density(direction) + (1 - share) * scattered;
     return {direction, scattered / density};
 }
 

@@ -1,6 +1,7 @@
 /// Diffuse surfaces: their colours, and the directions into which they scatter rays.
 #pragma once
 
+#include "appearance/path_state.h"
 #include "paths/surface_frame.h"
 #include "rays/sampler.h"
 
@@ -28,15 +29,15 @@ struct ScatteredDirection {
     double factor = 1;
 };
 
-/// Chooses directions of scattered rays: with equal probabilities in the cosine distribution or toward a light, if a
-/// light is above the horizon of the point. The object keeps its memory from call to call.
+/// Chooses directions of scattered rays: in the cosine distribution or, if a light is above the horizon of the point,
+/// toward a light. The object keeps its memory from call to call.
 class Scatterer {
 public:
     explicit Scatterer(const Plan& plan) : plan_(plan) {}
 
-    /// Returns a direction in a frame. `bounce` is the number of surfaces that the path has met before.
+    /// Returns a direction in a frame.
     ScatteredDirection scatter(const DiffusePoint& point, const SurfaceFrame& frame, const PixelRay& ray,
-                               std::uint32_t bounce);
+                               const PathState& path);
 
 private:
     const Plan& plan_;

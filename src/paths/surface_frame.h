@@ -19,7 +19,8 @@ struct DiffusePoint {
     /// Unit normal that determines the brightness, on the same side: it is interpolated between the vertex normals of a
     /// mesh. Without them, it is `normal`.
     Double3 shading_normal{};
-    double pt = 0;  ///< p_t of the ray, scaled to |p_t| = 1.
+    double pt = 0;      ///< p_t of the ray, scaled to |p_t| = 1.
+    double albedo = 0;  ///< Share of the light that the surface scatters: the greatest of the colours.
 };
 
 /// The frame in which a diffuse surface is at rest, at one point. In a spacetime, it is the rest frame of the static

@@ -215,12 +215,13 @@ DiffuseColor Generations::add_emission(std::uint32_t ray, const DiffusePoint& po
 }
 
 void Generations::meet_diffuse_surface(std::uint32_t ray, const SurfaceInteraction& interaction) {
-    const DiffusePoint& point = *interaction.diffuse;
+    DiffusePoint point = *interaction.diffuse;
     PathState& path = rays_.paths[ray];
     const DiffuseColor color = add_emission(ray, point);
     for (std::size_t k = 0; k < 3; ++k) path.weight[k] *= color.albedo[k];
     if (ends_by_roulette(pixel_ray_of(ray), path)) return;
     path.frequency *= interaction.frequency;
+    point.albedo = std::ranges::max(color.albedo);
     scattered_.push_back(ray);
     scatter_points_.push_back(point);
 }
@@ -235,12 +236,12 @@ void Generations::scatter_rays() {
 void Generations::scatter(std::uint32_t ray, const DiffusePoint& point, const SurfaceFrame& frame) {
     if (!frame.exists()) return end_path(ray, Status::failed, Failure::no_continuation);
     PathState& path = rays_.paths[ray];
-    const ScatteredDirection scattered = scatterer_.scatter(point, frame, pixel_ray_of(ray), path.bounces);
+    const ScatteredDirection scattered = scatterer_.scatter(point, frame, pixel_ray_of(ray), path);
     path.weight = scaled(path.weight, scattered.factor);
     if (!(scattered.factor > 0)) return;  // a direction toward a light, below the horizon
     const RayStart start = frame.start_along(scattered.direction);
     if (start.failure != Failure::none) return end_path(ray, Status::failed, Failure::no_continuation);
-    path.is_scattered = true;
+    ++path.scatterings;
     ++path.bounces;
     --counters_.total.ended[static_cast<int>(Status::hit)];
     next_[point.medium].add(ray, start);

@@ -14,7 +14,7 @@ void add_scattered_ray(const Plan& plan, const DiffusePoint& point, std::size_t 
     const SurfaceFrame& frame = frames.at({&point, 1})[0];
     if (!frame.exists()) return;
     const PixelRay member{static_cast<std::uint32_t>(ray), 0, 0, plan.description().film.seed};
-    const Double3 d = scatterer.scatter(point, frame, member, 0).direction;
+    const Double3 d = scatterer.scatter(point, frame, member, PathState{}).direction;
     const auto [e1, e2] = axes_around(d);
     if (!(dot(d, frame.normal()) > 2 * sample.neighbour_angle)) return;
     sample.starts.push_back(frame.start_along(d));

@@ -9,44 +9,19 @@
 namespace kagero {
 namespace {
 
-/// Returns the distance from a surface below which points count as on it. The first term is a share of the size of the
-/// object, the second one the rounding error of its coordinates.
-double rounding_of(const Bounds& bounds) {
-    double greatest = 0;
-    for (std::size_t i = 0; i < 3; ++i)
-        greatest = std::max({greatest, std::abs(bounds.lower[i]), std::abs(bounds.upper[i])});
-    return 1e-9 * length(subtract(bounds.upper, bounds.lower)) + 8 * std::numeric_limits<double>::epsilon() * greatest;
-}
-
 /// Returns the boundary of an object. Throws InputError if a mesh is not closed and consistently oriented.
 MediumBoundary boundary_of(const SceneDescription& scene, std::uint32_t object, const ObjectGeometry& geometry,
                            double unit) {
     const ObjectDescription& description = scene.objects[object];
-    MediumBoundary boundary;
-    boundary.object = object;
-    boundary.interior = description.interior;
-    boundary.exterior = description.exterior;
-    Bounds bounds;
-    if (description.shape == Shape::sphere) {
-        boundary.center = geometry.center;
-        boundary.radius = description.radius;
-        bounds.extend(geometry.center, description.radius);
-        boundary.size = length(subtract(bounds.upper, bounds.lower));
-        boundary.rounding = rounding_of(bounds);
-        return boundary;
-    }
+    MediumBoundary boundary{exact_surface(description, object, geometry), description.interior, description.exterior};
+    if (!boundary.mesh) return boundary;
     const ClosedMesh closed = check_closed(geometry.mesh, scene.space.center, unit);
     // Boxes and rooms are closed, although rounding may displace the corners of their faces.
     if (description.shape == Shape::mesh && !closed.defect.empty())
         throw InputError(description.material_location,
                          "object." + description.name + ".material = \"boundary\" needs a closed mesh, but " +
                              to_toml(description.file) + " " + closed.defect + ", or choose another material");
-    for (const std::uint32_t index : geometry.mesh.triangles) bounds.extend(vertex(geometry.mesh, index));
-    boundary.size = length(subtract(bounds.upper, bounds.lower));
-    boundary.rounding = rounding_of(bounds);
     boundary.outward_sign = closed.signed_volume < 0 ? -1 : 1;
-    boundary.mesh = &geometry.mesh;
-    boundary.tree = std::make_unique<const TriangleTree>(geometry.mesh);
     return boundary;
 }
 
@@ -75,8 +50,8 @@ std::optional<FirstBoundary> decide(const std::vector<BoundaryCrossing>& crossin
     std::optional<FirstBoundary> decision;
     for (const bool from_inside : {true, false}) {
         for (const auto& [distance, first] : crossings) {
-            const double rounding = std::min(first.boundary->rounding, nearest.first.boundary->rounding);
-            if (distance > nearest.distance + rounding || first.from_inside != from_inside) continue;
+            const double width = contact_width(*first.boundary, *nearest.first.boundary);
+            if (distance > nearest.distance + width || first.from_inside != from_inside) continue;
             if (decision && decision->medium != first.medium) return std::nullopt;
             if (!decision) decision = first;
         }
@@ -112,10 +87,10 @@ std::optional<FirstBoundary> Boundaries::cast(const StraightRay& ray, const Surf
 bool Boundaries::touch(const SurfacePoint& point) const {
     return std::any_of(all_.begin(), all_.end(), [&](const MediumBoundary& boundary) {
         const bool is_own = point.boundary == &boundary;
-        const double rounding = std::min(point.boundary->rounding, boundary.rounding);
+        const double width = is_own ? boundary.rounding : contact_width(*point.boundary, boundary);
         if (boundary.tree)
-            return boundary.tree->distance(point.position, is_own ? point.triangle : no_triangle, rounding) < rounding;
-        return !is_own && std::abs(length(subtract(point.position, boundary.center)) - boundary.radius) < rounding;
+            return boundary.tree->nearest(point.position, is_own ? point.triangle : no_triangle, width).distance < width;
+        return !is_own && std::abs(length(subtract(point.position, boundary.center)) - boundary.radius) < width;
     });
 }
 

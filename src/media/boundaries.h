@@ -1,26 +1,16 @@
 /// The boundaries of media in a scene, and straight rays that cross them.
 #pragma once
 
-#include "geometry/geometry.h"
-#include "media/triangle_tree.h"
-#include "scene/description.h"
+#include "media/exact_surface.h"
 
-#include <memory>
 #include <optional>
 
 namespace kagero {
 
 /// An object with `material = "boundary"`.
-struct MediumBoundary {
-    std::uint32_t object = 0;                  ///< Index in SceneDescription::objects.
+struct MediumBoundary : ExactSurface {
     std::uint32_t interior = 0, exterior = 0;  ///< Indices of the media.
-    Double3 center{};                          ///< Centre of a sphere.
-    double radius = 0;                         ///< Radius of a sphere; 0 for triangles.
     int outward_sign = 1;                      ///< −1 if the normals of the triangles point to the interior.
-    const TriangleMesh* mesh = nullptr;        ///< Triangles; null for a sphere.
-    std::unique_ptr<const TriangleTree> tree;  ///< Tree of the triangles; null for a sphere.
-    double size = 0;                           ///< Diagonal of its bounding box.
-    double rounding = 0;                       ///< Distance from the surface below which points count as on it.
 };
 
 /// The boundary that a ray crosses first, and the medium in front of it.

@@ -9,7 +9,8 @@
 namespace kagero {
 
 Regions::Regions(const SceneDescription& scene, const SceneGeometry& geometry, double unit)
-    : boundaries_(scene, geometry, unit), outward_signs_(scene.objects.size(), 1) {
+    : boundaries_(scene, geometry, unit), close_surfaces_(scene, geometry, boundaries_),
+      outward_signs_(scene.objects.size(), 1) {
     for (const MediumBoundary& boundary : boundaries_.all()) {
         // Objects inside a horizon are reflected for the kernels, which reverses the order of the corners.
         const bool is_reflected = geometry.kernel_view()->surfaces[boundary.object].planes !=
@@ -17,8 +18,11 @@ Regions::Regions(const SceneDescription& scene, const SceneGeometry& geometry, d
         outward_signs_[boundary.object] =
             boundary.mesh && is_reflected ? -boundary.outward_sign : boundary.outward_sign;
         append_to_list(names_, scene.objects[boundary.object].name);
+        greatest_file_rounding_ = std::max(greatest_file_rounding_, boundary.file_rounding);
+        has_contacts_ = has_contacts_ || close_surfaces_.are_close_to(boundary.object);
     }
-    has_contacts_ = check_agreement(scene, boundaries_, unit);
+    const bool has_touching_parts = check_agreement(scene, boundaries_, unit);
+    has_contacts_ = has_contacts_ || has_touching_parts;
 }
 
 const MediumBoundary& Regions::boundary_of(std::uint32_t surface) const {
@@ -27,8 +31,9 @@ const MediumBoundary& Regions::boundary_of(std::uint32_t surface) const {
 }
 
 std::uint32_t Regions::medium_beside(std::uint32_t surface, const Double3& q, const Double3& normal) const {
-    constexpr double shift = 8;  // in roundings; contacts are not wider than one
-    return medium_at(add(q, scaled(normal, shift * boundary_of(surface).rounding)));
+    // Contacts are not wider than one rounding, and twice the rounding of files.
+    const double shift = 8 * boundary_of(surface).rounding + 4 * greatest_file_rounding_;
+    return medium_at(add(q, scaled(normal, shift)));
 }
 
 double Regions::size_of(std::uint32_t surface) const { return boundary_of(surface).size; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "media/boundaries.h"
+#include "media/close_surfaces.h"
 
 namespace kagero {
 
@@ -28,14 +29,18 @@ public:
     bool is_contact(std::uint32_t surface, std::uint32_t primitive, const Double3& q, const Double3& normal) const;
     /// Returns the first boundary on a ray from q, in a direction in which this boundary is certain.
     FirstBoundary first_boundary(const Double3& q) const;
+    /// Returns the surfaces that touch or nearly touch a boundary.
+    const CloseSurfaces& close_surfaces() const { return close_surfaces_; }
 
 private:
     const MediumBoundary& boundary_of(std::uint32_t surface) const;
 
     Boundaries boundaries_;
+    CloseSurfaces close_surfaces_;
     std::vector<int> outward_signs_;
-    bool has_contacts_ = false;  ///< True if boundaries touch each other.
-    std::string names_;          ///< Names of the boundaries, for messages.
+    bool has_contacts_ = false;         ///< True if boundaries may touch each other.
+    double greatest_file_rounding_ = 0;  ///< The greatest ExactSurface::file_rounding of a boundary.
+    std::string names_;                 ///< Names of the boundaries, for messages.
 };
 
 /// Returns true if the scene has a boundary.

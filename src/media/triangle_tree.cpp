@@ -39,6 +39,14 @@ double distance_to_box(const Double3& q, const Bounds& box) {
     return length(offset);
 }
 
+/// Returns the distance between two boxes; 0 if they overlap.
+double distance(const Bounds& one, const Bounds& other) {
+    Double3 gap{};
+    for (std::size_t i = 0; i < 3; ++i)
+        gap[i] = std::max({one.lower[i] - other.upper[i], 0.0, other.lower[i] - one.upper[i]});
+    return length(gap);
+}
+
 }  // namespace
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) : mesh_(mesh), order_(mesh.triangles.size() / 3) {
@@ -90,46 +98,76 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t count) {
     build(first + half, count - half);
 }
 
-void TriangleTree::add_crossings(const StraightRay& ray, std::uint32_t excluded, Crossing& crossing) const {
+template <class Reaches, class Visit>
+void TriangleTree::visit(const Reaches& reaches, const Visit& visit) const {
     std::array<std::uint32_t, 2 * max_depth_of_tree> pending{};
     std::size_t pending_count = 1;
     while (pending_count > 0) {
         const std::uint32_t index = pending[--pending_count];
         const Node& node = nodes_[index];
-        const double entry = entry_distance(ray, node.bounds);
-        if (!(entry < std::numeric_limits<double>::infinity()) || entry > crossing.distance) continue;
+        if (!reaches(node.bounds)) continue;
         if (node.count == 0) {
             pending[pending_count++] = node.second_child;
             pending[pending_count++] = index + 1;
             continue;
         }
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-            if (order_[i] == excluded) continue;
-            const auto [a, b, c] = corners_of(mesh_, order_[i]);
-            add_triangle(ray, a, b, c, crossing);
-        }
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) visit(order_[i]);
     }
 }
 
-double TriangleTree::distance(const Double3& q, std::uint32_t excluded, double limit) const {
-    std::array<std::uint32_t, 2 * max_depth_of_tree> pending{};
-    std::size_t pending_count = 1;
-    while (pending_count > 0) {
-        const std::uint32_t index = pending[--pending_count];
-        const Node& node = nodes_[index];
-        if (distance_to_box(q, node.bounds) >= limit) continue;
-        if (node.count == 0) {
-            pending[pending_count++] = node.second_child;
-            pending[pending_count++] = index + 1;
-            continue;
-        }
-        for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-            if (order_[i] == excluded) continue;
-            const auto [a, b, c] = corners_of(mesh_, order_[i]);
-            limit = std::min(limit, length(subtract(q, closest_point(q, a, b, c))));
-        }
-    }
-    return limit;
+void TriangleTree::add_crossings(const StraightRay& ray, std::uint32_t excluded, Crossing& crossing) const {
+    visit(
+        [&](const Bounds& box) {
+            const double entry = entry_distance(ray, box);
+            return entry < std::numeric_limits<double>::infinity() && entry <= crossing.distance;
+        },
+        [&](std::uint32_t triangle) {
+            if (triangle == excluded) return;
+            const auto [a, b, c] = corners_of(mesh_, triangle);
+            add_triangle(ray, a, b, c, crossing);
+        });
+}
+
+NearestTriangle TriangleTree::nearest(const Double3& q, std::uint32_t excluded, double limit) const {
+    NearestTriangle nearest{limit};
+    visit([&](const Bounds& box) { return distance_to_box(q, box) < nearest.distance; },
+          [&](std::uint32_t triangle) {
+              if (triangle == excluded) return;
+              const auto [a, b, c] = corners_of(mesh_, triangle);
+              const double distance = length(subtract(q, closest_point(q, a, b, c)));
+              if (distance < nearest.distance) nearest = {distance, triangle};
+          });
+    return nearest;
+}
+
+bool TriangleTree::comes_close_to(const TriangleTree& other, double limit) const {
+    bool is_close = false;
+    const auto reaches = [&](const Bounds& box) { return !is_close && distance(box, other.nodes_[0].bounds) < limit; };
+    visit(reaches, [&](std::uint32_t triangle) {
+        Bounds bounds;
+        for (const Double3& corner : corners_of(mesh_, triangle)) bounds.extend(corner);
+        other.visit([&](const Bounds& box) { return !is_close && distance(box, bounds) < limit; },
+                    [&](std::uint32_t other_triangle) {
+                        Bounds other_bounds;
+                        for (const Double3& corner : corners_of(other.mesh_, other_triangle)) other_bounds.extend(corner);
+                        is_close = is_close || distance(bounds, other_bounds) < limit;
+                    });
+    });
+    return is_close;
+}
+
+bool TriangleTree::comes_close_to(const Double3& center, double radius, double limit) const {
+    bool is_close = false;
+    visit([&](const Bounds& box) { return !is_close && distance_to_box(center, box) < radius + limit; },
+          [&](std::uint32_t triangle) {
+              const auto corners = corners_of(mesh_, triangle);
+              const auto from_center = [&](const Double3& q) { return length(subtract(q, center)); };
+              const double nearest = from_center(closest_point(center, corners[0], corners[1], corners[2])),
+                           farthest = std::max({from_center(corners[0]), from_center(corners[1]),
+                                                from_center(corners[2])});
+              is_close = is_close || (nearest < radius + limit && farthest > radius - limit);
+          });
+    return is_close;
 }
 
 }  // namespace kagero

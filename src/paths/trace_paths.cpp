@@ -1,7 +1,7 @@
 #include "paths/trace_paths.h"
 
-#include "media/regions.h"
 #include "paths/circling_rays.h"
+#include "paths/close_hits.h"
 #include "paths/medium_indices.h"
 #include "paths/segments.h"
 #include "rays/pixel_rays.h"
@@ -117,8 +117,6 @@ private:
     bool ends_ray(const ObjectDescription& object) const {
         return !sends_light_on(object) || (object.material == Material::diffuse && choice_ == BranchChoice::stronger);
     }
-    /// Where surfaces are close to each other, replaces the hit of a ray by that of the surface that it meets first.
-    void order_close_surfaces(std::uint32_t medium, std::uint32_t ray);
     const Branch* choose(std::uint32_t ray, const SurfaceInteraction& interaction) const;
     /// Traces the segments of all media, and appends them to their paths.
     void trace_segments(const Counters& before, std::uint64_t begin, std::size_t generation);
@@ -160,8 +158,8 @@ bool Generations::prepare() {
     const std::vector<ObjectDescription>& objects = plan_.description().objects;
     for (std::uint32_t medium = 0; medium < traced_.size(); ++medium) {
         for (const std::uint32_t ray : traced_[medium]) {
-            const RayEnd& end = rays_.ends[ray];
-            if (plan_.scene->regions && end.status == Status::hit) order_close_surfaces(medium, ray);
+            RayEnd& end = rays_.ends[ray];
+            order_close_surfaces(plan_, medium, origins_[ray], end);
             if (end.status == Status::escaped && medium != 0) end_path(ray, Status::failed, Failure::left_medium);
             if (!plan_.run.max_bounces || end.status != Status::hit || ends_ray(objects[end.surface])) continue;
             if (rays_.paths[ray].bounces == *plan_.run.max_bounces) {
@@ -179,21 +177,6 @@ bool Generations::prepare() {
     }
     continue_rays();
     return std::any_of(next_.begin(), next_.end(), [](const Segments& segments) { return !segments.rays.empty(); });
-}
-
-void Generations::order_close_surfaces(std::uint32_t medium, std::uint32_t ray) {
-    const CloseSurfaces& close = plan_.scene->regions->close_surfaces();
-    RayEnd& end = rays_.ends[ray];
-    if (!close.are_close_to(end.surface)) return;
-    const Double3 to_scene =
-                      subtract(plan_.medium(medium).description().space.center, plan_.description().space.center),
-                  q{end.q[0], end.q[1], end.q[2]};
-    const PointOnSurface met = close.first_on_ray({end.surface, end.primitive, add(q, to_scene)},
-                                                  {end.v[0], end.v[1], end.v[2]}, length(subtract(q, origins_[ray])));
-    const Double3 position = subtract(met.position, to_scene);
-    std::copy(position.begin(), position.end(), end.q);
-    end.surface = met.surface;
-    end.primitive = met.primitive;
 }
 
 void Generations::continue_rays() {

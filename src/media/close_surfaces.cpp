@@ -21,13 +21,16 @@ bool boxes_come_close(const Bounds& one, const Bounds& other, double limit) {
 }  // namespace
 
 CloseSurfaces::CloseSurfaces(const SceneDescription& scene, const SceneGeometry& geometry, const Boundaries& boundaries)
-    : reach_(query_rounding * geometry.diagonal()), close_(scene.objects.size()) {
-    for (const ObjectDescription& object : scene.objects)
-        is_boundary_.push_back(object.material == Material::boundary);
+    : reach_(query_rounding * geometry.diagonal()), outward_signs_(scene.objects.size(), 0),
+      close_(scene.objects.size()), surfaces_(scene.objects.size(), nullptr) {
+    for (const MediumBoundary& boundary : boundaries.all()) {
+        outward_signs_[boundary.object] = boundary.outward_sign;
+        surfaces_[boundary.object] = &boundary;
+    }
     others_.reserve(scene.objects.size());
     for (std::uint32_t i = 0; i < scene.objects.size(); ++i)
-        if (!is_boundary_[i] && scene.objects[i].shape != Shape::disk)  // a disk ends before its outer triangles do
-            others_.push_back(exact_surface(scene.objects[i], i, geometry.objects()[i]));
+        if (!surfaces_[i] && scene.objects[i].shape != Shape::disk)  // a disk ends before its outer triangles do
+            surfaces_[i] = &others_.emplace_back(exact_surface(scene.objects[i], i, geometry.objects()[i]));
     const auto add_if_close = [&](const ExactSurface& one, const ExactSurface& other) {
         const double limit = std::max(reach_, contact_width(one, other));
         if (!boxes_come_close(one.bounds, other.bounds, limit) || !come_close(one, other, limit)) return;
@@ -39,9 +42,6 @@ CloseSurfaces::CloseSurfaces(const SceneDescription& scene, const SceneGeometry&
         for (std::size_t k = 0; k < i; ++k) add_if_close(all[i], all[k]);
         for (const ExactSurface& other : others_) add_if_close(all[i], other);
     }
-    surfaces_.resize(scene.objects.size());
-    for (const MediumBoundary& boundary : all) surfaces_[boundary.object] = &boundary;
-    for (const ExactSurface& other : others_) surfaces_[other.object] = &other;
 }
 
 /// Returns the crossing of a ray through q with the part of a surface that is close to q; none if there is no such part,
@@ -59,16 +59,15 @@ std::optional<CloseSurfaces::RayCrossing> CloseSurfaces::crossing_near(const Exa
         if (discriminant < 0) return std::nullopt;
         const double far_root = -along - std::copysign(std::sqrt(discriminant), along);
         crossing.distance = far_root != 0 ? product / far_root : 0;
-        crossing.normal = unit(add(offset, scaled(direction, crossing.distance)));
+        crossing.outward = unit(add(offset, scaled(direction, crossing.distance)));
     } else {
         const NearestTriangle nearest = surface.tree->nearest(q, no_triangle, limit);
         if (nearest.triangle == no_triangle) return std::nullopt;
-        const std::uint32_t* index = &surface.mesh->triangles[3 * std::size_t{nearest.triangle}];
-        const Double3 a = vertex(*surface.mesh, index[0]), b = vertex(*surface.mesh, index[1]),
-                      c = vertex(*surface.mesh, index[2]);
         crossing.primitive = nearest.triangle;
-        crossing.normal = unit(cross(subtract(b, a), subtract(c, a)));
-        crossing.distance = dot(subtract(a, q), crossing.normal) / dot(direction, crossing.normal);
+        crossing.outward =
+            scaled(normal_of(*surface.mesh, nearest.triangle), outward_signs_[surface.object] < 0 ? -1 : 1);
+        const Double3 corner = vertex(*surface.mesh, surface.mesh->triangles[3 * std::size_t{nearest.triangle}]);
+        crossing.distance = dot(subtract(corner, q), crossing.outward) / dot(direction, crossing.outward);
         if (!std::isfinite(crossing.distance)) return std::nullopt;
         const Double3 at = add(q, scaled(direction, crossing.distance));
         const double beside = surface.tree->nearest(at, no_triangle, limit).distance;
@@ -77,31 +76,41 @@ std::optional<CloseSurfaces::RayCrossing> CloseSurfaces::crossing_near(const Exa
     return std::abs(crossing.distance) <= greatest_slant * limit ? std::optional(crossing) : std::nullopt;
 }
 
-PointOnSurface CloseSurfaces::first_on_ray(const PointOnSurface& hit, const Double3& direction, double length) const {
+SurfacesOnRay CloseSurfaces::meet(const PointOnSurface& hit, const Double3& direction, double length) const {
     const ExactSurface& own = *surfaces_[hit.surface];
-    std::vector<RayCrossing> crossings;
-    if (const auto crossing = crossing_near(own, hit.position, direction))
-        crossings.push_back({&own, hit.primitive, crossing->distance, crossing->normal});
-    else return hit;
+    const auto own_crossing = crossing_near(own, hit.position, direction);
+    if (!own_crossing) return {hit, hit};
+    std::vector<RayCrossing> crossings{{&own, hit.primitive, own_crossing->distance, own_crossing->outward}};
     for (const ExactSurface* other : close_[hit.surface]) {
         constexpr double share_before_start = 1 - 1e-6;  // the ray may have started on this surface
         const auto crossing = crossing_near(*other, hit.position, direction);
         if (crossing && crossing->distance > -share_before_start * length) crossings.push_back(*crossing);
     }
-    if (crossings.size() == 1) return hit;
-    std::stable_sort(crossings.begin(), crossings.end(),
-                     [](const RayCrossing& one, const RayCrossing& other) { return one.distance < other.distance; });
+    // At equal distances, up to rounding, the ray leaves one boundary before it enters another one.
+    const double rounding = 1e-6 * own.rounding;
+    const auto enters = [&](const RayCrossing& crossing) { return dot(direction, crossing.outward) < 0; };
+    std::stable_sort(crossings.begin(), crossings.end(), [&](const RayCrossing& one, const RayCrossing& other) {
+        const auto position = [&](const RayCrossing& crossing) {
+            return crossing.distance + (enters(crossing) ? rounding : 0);
+        };
+        return position(one) < position(other);
+    });
     const RayCrossing& first = crossings.front();
     const auto touches_first = [&](const RayCrossing& crossing) {
-        const double gap = (crossing.distance - first.distance) * std::abs(dot(direction, first.normal));
+        const double gap = (crossing.distance - first.distance) * std::abs(dot(direction, first.outward));
         return gap <= contact_width(*first.surface, *crossing.surface);
     };
     const auto end = std::find_if_not(crossings.begin(), crossings.end(), touches_first);
-    auto met = std::find_if(crossings.begin(), end,
-                            [&](const RayCrossing& crossing) { return !is_boundary(*crossing.surface); });
-    if (met == end) --met;
-    if (met->surface == &own) return hit;
-    return {met->surface->object, met->primitive, add(hit.position, scaled(direction, met->distance))};
+    const auto opaque = std::find_if(crossings.begin(), end, [&](const RayCrossing& crossing) {
+        return !is_boundary(*crossing.surface);
+    });
+    const auto point = [&](const RayCrossing& crossing) -> PointOnSurface {
+        if (crossing.surface == &own) return hit;
+        return {crossing.surface->object, crossing.primitive,
+                add(hit.position, scaled(direction, crossing.distance))};
+    };
+    if (opaque != end) return {point(*opaque), point(*opaque)};
+    return {point(first), point(*(end - 1))};
 }
 
 }  // namespace kagero

@@ -16,6 +16,11 @@ struct PointOnSurface {
     Double3 position;
 };
 
+/// The surfaces that a ray meets at a point where surfaces touch each other: the first one and the last one.
+struct SurfacesOnRay {
+    PointOnSurface first, last;
+};
+
 /// Surfaces of which at least one is a boundary, and which come closer to each other than Embree's coordinates tell.
 class CloseSurfaces {
 public:
@@ -24,11 +29,11 @@ public:
 
     /// Returns true if another surface is close to a part of this one.
     bool are_close_to(std::uint32_t surface) const { return !close_[surface].empty(); }
-    /// Returns the surface that a ray meets in place of `hit`, or `hit`. The ray is straight there, has the unit
-    /// direction `direction`, and started at the distance `length` before the hit. Of surfaces that touch each other, a
-    /// surface that is not a boundary takes precedence: no light passes between it and the boundary. Otherwise, the last
-    /// boundary does, and the light passes directly into the medium beyond it.
-    PointOnSurface first_on_ray(const PointOnSurface& hit, const Double3& direction, double length) const;
+    /// Returns the surfaces that a ray meets in place of `hit`, or `hit`. The ray is straight there, has the unit
+    /// direction `direction`, and started at the distance `length` before the hit. The last surface is another one than
+    /// the first only where boundaries touch: light passes from the one directly into the medium beyond the other. If a
+    /// surface that is not a boundary touches the first one, no light passes between them, and it replaces both.
+    SurfacesOnRay meet(const PointOnSurface& hit, const Double3& direction, double length) const;
 
 private:
     /// A surface that a ray crosses, at a distance from its hit.
@@ -36,18 +41,19 @@ private:
         const ExactSurface* surface;
         std::uint32_t primitive;
         double distance;
-        Double3 normal;
+        Double3 outward;  ///< Unit normal to the exterior of a boundary; of other surfaces, a unit normal.
     };
 
     std::optional<RayCrossing> crossing_near(const ExactSurface& surface, const Double3& q,
                                              const Double3& direction) const;
-    bool is_boundary(const ExactSurface& surface) const { return is_boundary_[surface.object]; }
+    bool is_boundary(const ExactSurface& surface) const { return outward_signs_[surface.object] != 0; }
 
-    double reach_;                                          ///< Distance that Embree's coordinates cannot tell from 0.
-    std::vector<ExactSurface> others_;                      ///< Surfaces that are not boundaries.
-    std::vector<bool> is_boundary_;                         ///< By the index of the object.
-    std::vector<std::vector<const ExactSurface*>> close_;   ///< The surfaces close to each object.
-    std::vector<const ExactSurface*> surfaces_;             ///< The surface of each object that has close ones.
+    double reach_;                      ///< Distance that Embree's coordinates cannot tell from 0.
+    std::vector<ExactSurface> others_;  ///< Surfaces that are not boundaries.
+    // By the index of the object:
+    std::vector<int> outward_signs_;                       ///< MediumBoundary::outward_sign; 0 for other surfaces.
+    std::vector<std::vector<const ExactSurface*>> close_;  ///< The surfaces close to each surface.
+    std::vector<const ExactSurface*> surfaces_;            ///< The surfaces; null for disks.
 };
 
 }  // namespace kagero

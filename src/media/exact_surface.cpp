@@ -43,6 +43,12 @@ ExactSurface exact_surface(const ObjectDescription& description, std::uint32_t o
     return surface;
 }
 
+Double3 normal_of(const TriangleMesh& mesh, std::uint32_t triangle) {
+    const std::uint32_t* index = &mesh.triangles[3 * std::size_t{triangle}];
+    const Double3 a = vertex(mesh, index[0]), b = vertex(mesh, index[1]), c = vertex(mesh, index[2]);
+    return unit(cross(subtract(b, a), subtract(c, a)));
+}
+
 double contact_width(const ExactSurface& one, const ExactSurface& other) {
     return std::min(one.rounding, other.rounding) + one.file_rounding + other.file_rounding;
 }

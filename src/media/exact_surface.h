@@ -26,6 +26,9 @@ struct ExactSurface {
 /// Returns the surface of an object. `geometry`, which is that of the object, must outlive it.
 ExactSurface exact_surface(const ObjectDescription& description, std::uint32_t object, const ObjectGeometry& geometry);
 
+/// Returns the unit normal of a triangle abc, along (b − a) × (c − a).
+Double3 normal_of(const TriangleMesh& mesh, std::uint32_t triangle);
+
 /// Returns the distance up to which two surfaces count as touching each other.
 double contact_width(const ExactSurface& one, const ExactSurface& other);
 

@@ -7,6 +7,20 @@
 #include <algorithm>
 
 namespace kagero {
+namespace {
+
+/// Returns the unit normal of a surface at its point nearest to q; none if this point is farther away than `width`. The
+/// normal of a sphere points outward.
+std::optional<Double3> normal_near(const ExactSurface& surface, const Double3& q, double width) {
+    if (!surface.mesh) {
+        const Double3 offset = subtract(q, surface.center);
+        return std::abs(length(offset) - surface.radius) < width ? std::optional(unit(offset)) : std::nullopt;
+    }
+    const std::uint32_t triangle = surface.tree->nearest(q, no_triangle, width).triangle;
+    return triangle != no_triangle ? std::optional(normal_of(*surface.mesh, triangle)) : std::nullopt;
+}
+
+}  // namespace
 
 Regions::Regions(const SceneDescription& scene, const SceneGeometry& geometry, double unit)
     : boundaries_(scene, geometry, unit), close_surfaces_(scene, geometry, boundaries_),
@@ -28,6 +42,21 @@ Regions::Regions(const SceneDescription& scene, const SceneGeometry& geometry, d
 const MediumBoundary& Regions::boundary_of(std::uint32_t surface) const {
     return *std::find_if(boundaries_.all().begin(), boundaries_.all().end(),
                          [&](const MediumBoundary& candidate) { return candidate.object == surface; });
+}
+
+std::uint32_t Regions::medium_ahead(const Double3& q, const Double3& direction) const {
+    constexpr double shift = 4, least_sine = 1e-4;  // the shift is in roundings
+    Double3 ahead = q;
+    for (const MediumBoundary& boundary : boundaries_.all()) {
+        const double width = boundary.rounding + boundary.file_rounding;
+        const auto normal = normal_near(boundary, q, width);
+        if (!normal) continue;
+        const double sine = dot(*normal, direction);
+        const bool is_outward = sine > 0 || (!boundary.mesh && sine > -least_sine);
+        const Double3 aside = scaled(*normal, is_outward ? 1 : -1);
+        ahead = add(ahead, scaled(add(aside, direction), shift * width));
+    }
+    return medium_at(ahead);
 }
 
 std::uint32_t Regions::medium_beside(std::uint32_t surface, const Double3& q, const Double3& normal) const {

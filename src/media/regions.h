@@ -20,6 +20,9 @@ public:
     /// Returns the index of the medium at q. If q lies on a boundary within rounding, the medium is that of one of its
     /// sides. Throws InputError if boundaries of different media coincide around q.
     std::uint32_t medium_at(const Double3& q) const { return first_boundary(q).medium; }
+    /// Returns the medium into which a ray moves that starts at q with the unit direction `direction`. A ray that is
+    /// tangent to a sphere moves out of it.
+    std::uint32_t medium_ahead(const Double3& q, const Double3& direction) const;
     /// Returns the medium beside the point q of a boundary, on the side to which the unit vector `normal` points.
     std::uint32_t medium_beside(std::uint32_t surface, const Double3& q, const Double3& normal) const;
     /// Returns the size of a boundary.

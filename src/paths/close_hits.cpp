@@ -14,7 +14,7 @@ void order_close_surfaces(const Plan& plan, std::uint32_t medium, const Double3&
                       subtract(plan.medium(medium).description().space.center, plan.description().space.center),
                   q{end.q[0], end.q[1], end.q[2]};
     const PointOnSurface hit{end.surface, end.primitive, add(q, to_scene)},
-        met = regions->close_surfaces().first_on_ray(hit, {end.v[0], end.v[1], end.v[2]}, length(subtract(q, start)));
+        met = regions->close_surfaces().meet(hit, {end.v[0], end.v[1], end.v[2]}, length(subtract(q, start))).first;
     if (met.surface == hit.surface && met.primitive == hit.primitive) return;
     const Double3 position = subtract(met.position, to_scene);
     std::copy(position.begin(), position.end(), end.q);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "appearance/path_state.h"
+#include "media/close_surfaces.h"
 #include "paths/diffuse.h"
 #include "paths/fresnel.h"
 #include "plan/plan.h"
@@ -77,6 +78,9 @@ private:
         std::uint32_t reflected, transmitted;  ///< Indices of the rays in their spaces.
         bool is_boundary = false, is_diffuse = false, in_medium = true;
         bool passes_edge = false;  ///< The ray passes the edge of a boundary on the outside, by less than its rounding.
+        /// Where boundaries touch, the one that the transmitted ray crosses last, and the way to it.
+        std::optional<PointOnSurface> exit;
+        Double3 to_exit{};
     };
     /// A momentum vector p_t g_ti/g_tt (Module::time_tilts); zero in a medium without p_t.
     struct TimeTilt {

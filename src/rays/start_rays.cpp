@@ -118,12 +118,11 @@ Failure start_failure(const Plan& plan, const RayStart& start, bool is_falling) 
 /// Returns the medium in which a ray starts. A ray that starts on a boundary is in the medium into which it moves.
 std::uint32_t medium_of(const Scene& scene, const RayInput& ray) {
     if (!scene.regions) return 0;
-    constexpr double share = 1e-9;
+    const Double3 q = subtract(scaled(ray.position, 1 / scene.unit), scene.description.space.center);
     const double size = length(ray.direction);
-    const double shift = size > 0 && std::isfinite(size) ? share * scene.geometry->diagonal() / size : 0;
-    Double3 q = add(scaled(ray.position, 1 / scene.unit), scaled(ray.direction, shift));
-    q = subtract(q, scene.description.space.center);
-    return std::isfinite(dot(q, q)) ? scene.regions->medium_at(q) : 0;
+    if (!std::isfinite(dot(q, q))) return 0;
+    if (!(size > 0 && std::isfinite(size))) return scene.regions->medium_at(q);
+    return scene.regions->medium_ahead(q, scaled(ray.direction, 1 / size));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ std::uint32_t Regions::medium_ahead(const Double3& q, const Double3& direction) 
 
 std::uint32_t Regions::medium_beside(std::uint32_t surface, const Double3& q, const Double3& normal) const {
     // Contacts are not wider than one rounding, and twice the rounding of files.
-    const double shift = 8 * boundary_of(surface).rounding + 4 * greatest_file_rounding_;
+    const double shift = 2 * boundary_of(surface).rounding + 4 * greatest_file_rounding_;
     return medium_at(add(q, scaled(normal, shift)));
 }
 

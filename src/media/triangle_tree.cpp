@@ -19,6 +19,13 @@ std::array<Double3, 3> corners_of(const TriangleMesh& mesh, std::uint32_t triang
     return {vertex(mesh, index[0]), vertex(mesh, index[1]), vertex(mesh, index[2])};
 }
 
+/// Returns true if two triangles have a common vertex, or are the same.
+bool share_corner(const TriangleMesh& mesh, std::uint32_t one, std::uint32_t other) {
+    const std::uint32_t* const first = &mesh.triangles[3 * std::size_t{one}];
+    const std::uint32_t* const second = &mesh.triangles[3 * std::size_t{other}];
+    return std::find_first_of(first, first + 3, second, second + 3) != first + 3;
+}
+
 /// Returns the distance at which a ray enters a box, 0 if it starts inside, or infinity if it misses the box.
 double entry_distance(const StraightRay& ray, const Bounds& box) {
     double entry = 0, exit = std::numeric_limits<double>::infinity();
@@ -132,7 +139,7 @@ NearestTriangle TriangleTree::nearest(const Double3& q, std::uint32_t excluded, 
     NearestTriangle nearest{limit};
     visit([&](const Bounds& box) { return distance_to_box(q, box) < nearest.distance; },
           [&](std::uint32_t triangle) {
-              if (triangle == excluded) return;
+              if (excluded != no_triangle && share_corner(mesh_, triangle, excluded)) return;
               const auto [a, b, c] = corners_of(mesh_, triangle);
               const double distance = length(subtract(q, closest_point(q, a, b, c)));
               if (distance < nearest.distance) nearest = {distance, triangle};

@@ -20,7 +20,8 @@ public:
 
     /// Adds the first crossing with the triangles, except the triangle `excluded`.
     void add_crossings(const StraightRay& ray, std::uint32_t excluded, Crossing& crossing) const;
-    /// Returns the triangle nearest to q, except `excluded`, among those nearer than `limit`.
+    /// Returns the triangle nearest to q among those nearer than `limit`, without `excluded` and those that share a
+    /// corner with it.
     NearestTriangle nearest(const Double3& q, std::uint32_t excluded, double limit) const;
     /// Returns true if a triangle comes closer than `limit` to the bounding box of a triangle of another tree.
     bool comes_close_to(const TriangleTree& other, double limit) const;

@@ -118,6 +118,9 @@ private:
         MaskOf<V> none() const { return crossing & !crossing; }
     };
 
+    /// Greatest number of points in the search for a dip of the switching function.
+    static constexpr int max_sections = 24;
+
     /// Returns the fraction of the step at which its last stage lies, with a reserve for the error of the prediction.
     S last_stage() const { return reach_.ahead > 0 ? S(1.02 * (1 + reach_.ahead)) : S(1); }
     /// Returns the fraction of a step to which it is shortened if it meets a kink at the fraction s. A stage that only
@@ -133,11 +136,12 @@ private:
     MaskOf<V> reaches_back(const StepperState<V>& step, const Curve<V>& curve) const {
         return step.start.switching * value_on(step, curve, V(S(-1.02 * reach_.behind))) < V(S(0));
     }
-    /// Returns the bracket of the first kink in each lane. A step may cross the same kink twice, so a few points
-    /// between its ends are tested too.
+    /// Returns the bracket of the first kink in each lane. A step may cross two kinks, or the same one twice, so a few
+    /// points between its ends are tested too, and then the point closest to zero.
     Bracket bracket_of(const StepperState<V>& step, const Curve<V>& curve, std::uint64_t lanes) const {
         const V zero(S(0)), &start = step.start.switching;
         Bracket found{zero, V(last_stage()), start, step.end.switching, from_bits<V>(0)};
+        V lowest_at = zero, lowest = abs(start);  // the point closest to zero
         for (const double s : {2.0, 1.0, 0.75, 0.5, 0.25}) {
             const bool is_last = s > 1;  // the last stage, if it lies behind the end of the step
             if (is_last && !(reach_.ahead > 0)) continue;
@@ -150,8 +154,59 @@ private:
             const MaskOf<V> same_side = (start * value > zero) & (at < found.behind) & (at > found.before);
             found.before = select(same_side, at, found.before);
             found.value_before = select(same_side, value, found.value_before);
+            const MaskOf<V> is_lower = value * start > zero & (abs(value) < lowest) & (at <= V(S(1)));
+            lowest = select(is_lower, abs(value), lowest);
+            lowest_at = select(is_lower, at, lowest_at);
         }
+        const MaskOf<V> same_side = from_bits<V>(lanes) & !found.crossing & (abs(start) > zero);
+        if (any(same_side)) search_dip(step, curve, same_side, lowest_at, lowest, found);
         return found;
+    }
+    /// Searches for a crossing close to the point where the switching function comes closest to zero, in `lanes` in
+    /// which all tested points lie on the same side: a thin layer between two of them, or a ray that grazes a kink. The
+    /// golden section narrows the surroundings of this point, in turn with a parabola through three points.
+    void search_dip(const StepperState<V>& step, const Curve<V>& curve, const MaskOf<V>& lanes, const V& lowest_at,
+                    const V& lowest, Bracket& found) const {
+        constexpr double spacing = 0.25, beside = 0.02, golden = 0.381966;  // spacing of the tested points
+        const V zero(S(0)), one(S(1)), &start = step.start.switching;
+        const V sign = select(start < zero, -one, one);
+        const auto value_at = [&](const V& s) { return sign * value_on(step, curve, s); };
+        V low = max(lowest_at - V(S(spacing)), zero), high = min(lowest_at + V(S(spacing)), one), middle = lowest_at,
+          value = lowest;
+        // At an end of the step, the function may still decrease towards the middle of the step.
+        const MaskOf<V> at_end = (lowest_at <= zero) | (lowest_at >= one);
+        if (any(lanes & at_end)) {
+            const V inside = select(lowest_at <= zero, V(S(beside)), V(S(1 - beside))), there = value_at(inside);
+            middle = select(at_end, inside, middle);
+            value = select(at_end, there, value);
+        }
+        MaskOf<V> open = lanes & (value <= lowest) & (!at_end | (value < lowest));
+        if (!any(open)) return;
+        V value_low = value_at(low), value_high = value_at(high);
+        for (int i = 0; i < max_sections && any(open); ++i) {
+            const V to_low = middle - low, to_high = high - middle;
+            const V fall = to_high * (value_low - value), rise = to_low * (value_high - value);
+            const V vertex = middle + V(S(0.5)) * (to_high * fall - to_low * rise) / (fall + rise);
+            const V section = select(to_high > to_low, middle + V(S(golden)) * to_high, middle - V(S(golden)) * to_low);
+            const MaskOf<V> usable = (vertex > low) & (vertex < high) & (abs(vertex - middle) > V(S(1e-3)) * (high - low));
+            const V s = i % 2 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
+            const MaskOf<V> is_lower = there < value, is_right = s > middle;
+            // The new triple surrounds the lower one of the two inner points.
+            const MaskOf<V> moves_low = (is_lower & is_right) | (!is_lower & !is_right);
+            low = select(moves_low, select(is_lower, middle, s), low);
+            value_low = select(moves_low, select(is_lower, value, there), value_low);
+            high = select(moves_low, high, select(is_lower, middle, s));
+            value_high = select(moves_low, value_high, select(is_lower, value, there));
+            middle = select(is_lower, s, middle);
+            value = select(is_lower, there, value);
+            const MaskOf<V> is_crossing = open & (value < zero);
+            found.behind = select(is_crossing, middle, found.behind);
+            found.value_behind = select(is_crossing, sign * value, found.value_behind);
+            found.before = select(is_crossing, low, found.before);
+            found.value_before = select(is_crossing, sign * value_low, found.value_before);
+            found.crossing = found.crossing | is_crossing;
+            open = open & !is_crossing & (high - low > V(S(1e-6)));
+        }
     }
     /// Narrows a bracket around the point at a distance before the kink, by the method of false position on the dense
     /// output (Illinois).

@@ -189,6 +189,7 @@ private:
     template <class Point>
     void keep_ingoing_integrals(Point& point, int lane) const {
         if ((packet_.state.ingoing >> lane) & 1) return;
+        if (!(job_.outputs & output_integrals)) return;
         const Hole& hole = hole_of(job_, lane);
         charts::integrals_to_ingoing(hole, charts::radius(hole, point.q), point.pt, point.action, point.time);
     }

@@ -165,7 +165,9 @@ std::vector<Decision> end_decisions(const Scene& scene, const RunConfig& run) {
                  ", through up to " + std::to_string(run.max_bounces.value_or(0)) + " surfaces",
              "every ray ends at the first surface");
     if (has_material(scene.description, Material::diffuse))
-        list.add(scene.lights && !scene.lights->empty(), "scattered rays toward the lights: half of them at the first surface, later at least the share that the surface absorbs",
+        list.add(scene.lights && !scene.lights->empty(),
+                 "scattered rays toward the lights: half of them at the first surface, later at least the share that "
+                 "the surface absorbs",
                  "no surface emits light, and no sky has bright parts");
     list.add(scene.straight && geometry, "one query for the whole path of a ray",
              geometry ? "rays are bent, so every step is queried separately" : no_objects);

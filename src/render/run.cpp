@@ -234,10 +234,10 @@ private:
     }
     /// Adds the cost of a finished tile, and calls the progress callback unless another thread is calling it.
     void report_progress(double cost) {
-        const double finished = finished_cost_ += cost;
+        finished_cost_ += cost;
         if (!control_.progress) return;
-        if (const std::unique_lock lock(progress_mutex_, std::try_to_lock); lock)
-            control_.progress(std::min(finished / total_cost_, 1.0), seconds());
+        if (const std::unique_lock lock(progress_mutex_, std::try_to_lock); lock)  // so that it never decreases
+            control_.progress(std::min(finished_cost_.load() / total_cost_, 1.0), seconds());
     }
 
     const Plan& plan_;

@@ -154,11 +154,11 @@ private:
             const MaskOf<V> same_side = (start * value > zero) & (at < found.behind) & (at > found.before);
             found.before = select(same_side, at, found.before);
             found.value_before = select(same_side, value, found.value_before);
-            const MaskOf<V> is_lower = value * start > zero & (abs(value) < lowest) & (at <= V(S(1)));
+            const MaskOf<V> is_lower = (value * start > zero) & (abs(value) < lowest) & (at <= V(S(1)));
             lowest = select(is_lower, abs(value), lowest);
             lowest_at = select(is_lower, at, lowest_at);
         }
-        const MaskOf<V> same_side = from_bits<V>(lanes) & !found.crossing & (abs(start) > zero);
+        const MaskOf<V> same_side = from_bits<V>(lanes) & (!found.crossing) & (abs(start) > zero);
         if (any(same_side)) search_dip(step, curve, same_side, lowest_at, lowest, found);
         return found;
     }
@@ -180,7 +180,7 @@ private:
             middle = select(at_end, inside, middle);
             value = select(at_end, there, value);
         }
-        MaskOf<V> open = lanes & (value <= lowest) & (!at_end | (value < lowest));
+        MaskOf<V> open = lanes & (value <= lowest) & ((!at_end) | (value < lowest));
         if (!any(open)) return;
         V value_low = value_at(low), value_high = value_at(high);
         for (int i = 0; i < max_sections && any(open); ++i) {
@@ -192,7 +192,7 @@ private:
             const V s = i % 2 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
             const MaskOf<V> is_lower = there < value, is_right = s > middle;
             // The new triple surrounds the lower one of the two inner points.
-            const MaskOf<V> moves_low = (is_lower & is_right) | (!is_lower & !is_right);
+            const MaskOf<V> moves_low = (is_lower & is_right) | !(is_lower | is_right);
             low = select(moves_low, select(is_lower, middle, s), low);
             value_low = select(moves_low, select(is_lower, value, there), value_low);
             high = select(moves_low, high, select(is_lower, middle, s));
@@ -205,7 +205,7 @@ private:
             found.before = select(is_crossing, low, found.before);
             found.value_before = select(is_crossing, sign * value_low, found.value_before);
             found.crossing = found.crossing | is_crossing;
-            open = open & !is_crossing & (high - low > V(S(1e-6)));
+            open = open & (!is_crossing) & (high - low > V(S(1e-6)));
         }
     }
     /// Narrows a bracket around the point at a distance before the kink, by the method of false position on the dense

@@ -13,6 +13,10 @@ namespace {
 /// its default tolerance stays far below.
 constexpr double max_energy_error = 1e-3;
 
+/// Greatest ratio of the energy error of a formula to the tolerance of step control. A greater error is not one of
+/// single steps: all stages of a step have missed a thin layer or a jump of H.
+constexpr double max_energy_error_per_tolerance = 1e4;
+
 /// Share of paths with too many bounces above which they are reported. Between parallel mirrors, some paths always end
 /// in this way.
 constexpr double max_cut_off_share = 0.01;
@@ -85,10 +89,30 @@ Warning warning_of_bounces(const Plan& plan, const RunReport& report, const std:
                            ": set a greater film.max_bounces, or --bounces for single rays"};
 }
 
+bool is_formula_with_step_control(const Plan& plan) {
+    return plan.method().adaptive && plan.scene->description.space.formula && !plan.scene->straight;
+}
+
+/// Returns the 99th percentile of the energy error above which H counts as not conserved.
+double energy_limit(const Plan& plan) {
+    if (!is_formula_with_step_control(plan)) return max_energy_error;
+    return std::min(max_energy_error, max_energy_error_per_tolerance * plan.run.tolerance);
+}
+
 Warning warning_of_energy(const Plan& plan, const RunReport& report) {
-    return {"energy_error", "H is not conserved: for 1 % of the rays its relative change exceeds " +
-                                rounded(report.energy_error.p99) + " (more than " + rounded(max_energy_error) +
-                                " is unreliable); " + finer_steps(plan)};
+    const std::string limit = rounded(energy_limit(plan));
+    std::string text = "H is not conserved: for 1 % of the rays its relative change exceeds " +
+                       rounded(report.energy_error.p99) + " (more than " + limit + " is unreliable); ";
+    if (is_formula_with_step_control(plan)) {
+        const bool has_scale = !plan.scene->description.space.formula->length_scale.empty();
+        text += "the local errors of the steps are at most " + rounded(plan.run.tolerance) +
+                ", so H has a layer that is thinner than the steps, or a jump, or the rays come close to a singularity; " +
+                (has_scale ? "set a smaller space.length_scale there"
+                           : "set space.length_scale to the thickness of the layer, as a formula that grows away from "
+                             "it") +
+                ", or a smaller integrator.tolerance";
+    } else text += finer_steps(plan);
+    return {"energy_error", text};
 }
 
 }  // namespace
@@ -113,7 +137,7 @@ std::vector<Warning> warnings_of(const Plan& plan, const RunReport& report, cons
     if (double(long_paths) > max_cut_off_share * double(report.rays))
         warnings.push_back(warning_of_bounces(plan, report, consequence));
     const bool is_confirmed = plan.method_trial && plan.method_trial->bound_met;
-    if (!is_confirmed && report.energy_error.p99 > max_energy_error)
+    if (!is_confirmed && report.energy_error.p99 > energy_limit(plan))
         warnings.push_back(warning_of_energy(plan, report));
     return warnings;
 }

@@ -41,9 +41,14 @@ Plan FramePlans::plan_at(double frame, std::optional<std::uint32_t> sample) {
 void check_frames(const SceneDescription& scene, const Catalogue& catalogue, const FrameRange& range) {
     if (!scene.animation || scene.animation->keys.empty()) return;
     const std::uint32_t count = range.count(), checked = std::min(count, max_checked_frames);
-    for (std::uint32_t i = 0; i < checked; ++i)
-        load_frame(scene, catalogue,
-                   range.frame(static_cast<std::uint32_t>(std::uint64_t(i) * (count - 1) / std::max(1u, checked - 1))));
+    for (std::uint32_t i = 0; i < checked; ++i) {
+        const double frame =
+            range.frame(static_cast<std::uint32_t>(std::uint64_t(i) * (count - 1) / std::max(1u, checked - 1)));
+        const SceneDescription loaded = load_frame(scene, catalogue, frame);
+        // While the shutter is open, the last sub-frame is the one farthest from the frame.
+        const double last_moment = loaded.camera.shutter * (loaded.film.spp - 0.5) / loaded.film.spp;
+        if (last_moment > 0) load_frame(scene, catalogue, frame + last_moment);
+    }
 }
 
 }  // namespace kagero

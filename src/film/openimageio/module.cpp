@@ -34,17 +34,33 @@ bool has_partial_data_window(const OIIO::ImageInput& input, const OIIO::ImageSpe
 }
 
 /// Returns the message for an image whose channels are neither grey nor red, green and blue; empty if they are. Alpha
-/// and further channels are permitted and ignored.
+/// and further channels are permitted and ignored, but not the same colours in several layers.
 std::string unexpected_channels(const OIIO::ImageSpec& spec) {
     const auto is_named = [&](int channel, const char* name) {
         const std::string& full = spec.channelnames[std::size_t(channel)];  // such as R or color.R
         return OIIO::Strutil::iequals(full.substr(full.rfind('.') + 1), name);
     };
-    const bool is_grey = spec.nchannels == 1 || (spec.nchannels == 2 && spec.alpha_channel == 1),
+    const bool is_grey = (spec.nchannels == 1 || (spec.nchannels == 2 && spec.alpha_channel == 1)) &&
+                         spec.alpha_channel != 0 && spec.z_channel != 0,
                is_color = spec.nchannels >= 3 && is_named(0, "R") && is_named(1, "G") && is_named(2, "B");
-    if (is_grey || is_color) return {};
-    return "has the channels " + OIIO::Strutil::join(spec.channelnames, ", ") +
-           "; it must have one channel, or R, G and B, each with or without alpha";
+    const std::string channels = "has the channels " + OIIO::Strutil::join(spec.channelnames, ", ");
+    if (!is_grey && !is_color)
+        return channels + "; it must have one channel of colour, or R, G and B, each with or without alpha";
+    const bool is_in_layer = spec.channelnames[0].find('.') != std::string::npos;
+    for (int channel = 3; is_in_layer && channel < spec.nchannels; ++channel)
+        if (is_named(channel, "R")) return channels + "; store the layer to use in a file of its own";
+    return {};
+}
+
+/// Returns the message for an image whose pixels are not stored as colours of an upright picture; empty if they are.
+std::string unexpected_pixels(const OIIO::ImageSpec& spec) {
+    if (spec.format == OIIO::TypeDesc::UINT32 || spec.format == OIIO::TypeDesc::INT32)
+        return "has channels of 32-bit integers, which are no colours";
+    constexpr int upright = 1;
+    const int orientation = spec.get_int_attribute("Orientation", upright);
+    if (orientation == upright) return {};
+    return "is stored rotated or mirrored (orientation " + std::to_string(orientation) +
+           " of Exif); store it upright, with the first row at the top";
 }
 
 /// Returns the message for an unreadable file. Not all readers of OpenImageIO state a reason.
@@ -175,6 +191,7 @@ std::string open(const std::string& path, const std::string* bytes, std::unique_
     if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1)
         return "is not a two-dimensional image with at least one pixel";
     if (std::string message = unexpected_channels(spec); !message.empty()) return message;
+    if (std::string message = unexpected_pixels(spec); !message.empty()) return message;
     file = std::make_unique<OpenImage>(std::move(input), std::move(memory));
     return {};
 } catch (const std::bad_alloc&) {

@@ -167,23 +167,38 @@ private:
     /// golden section narrows the surroundings of this point, in turn with a parabola through three points.
     void search_dip(const StepperState<V>& step, const Curve<V>& curve, const MaskOf<V>& lanes, const V& lowest_at,
                     const V& lowest, Bracket& found) const {
-        constexpr double spacing = 0.25, beside = 0.02, golden = 0.381966;  // spacing of the tested points
+        constexpr double spacing = 0.25, least_distance = 1e-6, golden = 0.381966;  // spacing of the tested points
         const V zero(S(0)), one(S(1)), &start = step.start.switching;
         const V sign = select(start < zero, -one, one);
         const auto value_at = [&](const V& s) { return sign * value_on(step, curve, s); };
         V low = max(lowest_at - V(S(spacing)), zero), high = min(lowest_at + V(S(spacing)), one), middle = lowest_at,
           value = lowest;
-        // At an end of the step, the function may still decrease towards the middle of the step.
-        const MaskOf<V> at_end = (lowest_at <= zero) | (lowest_at >= one);
+        // If the function is lowest at an end of the step, and lower beside it, it has a dip close to this end.
+        const MaskOf<V> at_start = lowest_at <= zero, at_end = at_start | (lowest_at >= one);
+        const auto from_end = [&](double distance) { return select(at_start, V(S(distance)), V(S(1 - distance))); };
+        MaskOf<V> open = lanes;
         if (any(lanes & at_end)) {
-            const V inside = select(lowest_at <= zero, V(S(beside)), V(S(1 - beside))), there = value_at(inside);
-            middle = select(at_end, inside, middle);
-            value = select(at_end, there, value);
+            const MaskOf<V> dips = lanes & at_end & (value_at(from_end(least_distance)) < lowest);
+            open = lanes & (dips | !at_end);
+            for (double distance = least_distance; any(dips) && distance < spacing; distance *= 8) {
+                const V at = from_end(distance), there = value_at(at);
+                const MaskOf<V> is_lower = dips & (there < value);
+                middle = select(is_lower, at, middle);
+                value = select(is_lower, there, value);
+                low = select(is_lower, min(from_end(distance / 8), from_end(distance * 8)), low);
+                high = select(is_lower, max(from_end(distance / 8), from_end(distance * 8)), high);
+            }
         }
-        MaskOf<V> open = lanes & (value <= lowest) & ((!at_end) | (value < lowest));
         if (!any(open)) return;
         V value_low = value_at(low), value_high = value_at(high);
         for (int i = 0; i < max_sections && any(open); ++i) {
+            const MaskOf<V> is_crossing = open & (value < zero);
+            found.behind = select(is_crossing, middle, found.behind);
+            found.value_behind = select(is_crossing, sign * value, found.value_behind);
+            found.before = select(is_crossing, low, found.before);
+            found.value_before = select(is_crossing, sign * value_low, found.value_before);
+            found.crossing = found.crossing | is_crossing;
+            open = open & (!is_crossing) & (high - low > V(S(1e-9)));
             const V to_low = middle - low, to_high = high - middle;
             const V fall = to_high * (value_low - value), rise = to_low * (value_high - value);
             const V vertex = middle + V(S(0.5)) * (to_high * fall - to_low * rise) / (fall + rise);
@@ -199,13 +214,6 @@ private:
             value_high = select(moves_low, value_high, select(is_lower, value, there));
             middle = select(is_lower, s, middle);
             value = select(is_lower, there, value);
-            const MaskOf<V> is_crossing = open & (value < zero);
-            found.behind = select(is_crossing, middle, found.behind);
-            found.value_behind = select(is_crossing, sign * value, found.value_behind);
-            found.before = select(is_crossing, low, found.before);
-            found.value_before = select(is_crossing, sign * value_low, found.value_before);
-            found.crossing = found.crossing | is_crossing;
-            open = open & (!is_crossing) & (high - low > V(S(1e-6)));
         }
     }
     /// Narrows a bracket around the point at a distance before the kink, by the method of false position on the dense

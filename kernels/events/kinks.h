@@ -171,32 +171,36 @@ private:
         const V zero(S(0)), one(S(1)), &start = step.start.switching;
         const V sign = select(start < zero, -one, one);
         const auto value_at = [&](const V& s) { return sign * value_on(step, curve, s); };
-        V low = max(lowest_at - V(S(spacing)), zero), high = min(lowest_at + V(S(spacing)), one), middle = lowest_at,
-          value = lowest;
+        const V tested = max(lowest_at - V(S(spacing)), zero);  // the last tested point before the dip
+        V low = tested, high = min(lowest_at + V(S(spacing)), one), middle = lowest_at, value = lowest;
         // If the function is lowest at an end of the step, and lower beside it, it has a dip close to this end.
         const MaskOf<V> at_start = lowest_at <= zero, at_end = at_start | (lowest_at >= one);
         const auto from_end = [&](double distance) { return select(at_start, V(S(distance)), V(S(1 - distance))); };
         MaskOf<V> open = lanes;
         if (any(lanes & at_end)) {
-            const MaskOf<V> dips = lanes & at_end & (value_at(from_end(least_distance)) < lowest);
+            MaskOf<V> dips = lanes & at_end & (value_at(from_end(least_distance)) < lowest);
             open = lanes & (dips | !at_end);
             for (double distance = least_distance; any(dips) && distance < spacing; distance *= 8) {
                 const V at = from_end(distance), there = value_at(at);
                 const MaskOf<V> is_lower = dips & (there < value);
                 middle = select(is_lower, at, middle);
                 value = select(is_lower, there, value);
-                low = select(is_lower, min(from_end(distance / 8), from_end(distance * 8)), low);
-                high = select(is_lower, max(from_end(distance / 8), from_end(distance * 8)), high);
+                low = select(is_lower & !at_start, V(S(1 - 8 * distance)), low);
+                high = select(is_lower & at_start, V(S(8 * distance)), high);
+                dips = dips & (value >= zero);
             }
         }
         if (!any(open)) return;
+        const V value_tested = value_at(tested);
         V value_low = value_at(low), value_high = value_at(high);
         for (int i = 0; i < max_sections && any(open); ++i) {
             const MaskOf<V> is_crossing = open & (value < zero);
             found.behind = select(is_crossing, middle, found.behind);
             found.value_behind = select(is_crossing, sign * value, found.value_behind);
-            found.before = select(is_crossing, low, found.before);
-            found.value_before = select(is_crossing, sign * value_low, found.value_before);
+            const MaskOf<V> is_before = value_low > zero;
+            found.before = select(is_crossing, select(is_before, low, tested), found.before);
+            found.value_before =
+                select(is_crossing, sign * select(is_before, value_low, value_tested), found.value_before);
             found.crossing = found.crossing | is_crossing;
             open = open & (!is_crossing) & (high - low > V(S(1e-9)));
             const V to_low = middle - low, to_high = high - middle;

@@ -167,7 +167,8 @@ private:
     /// golden section narrows the surroundings of this point, in turn with a parabola through three points.
     void search_dip(const StepperState<V>& step, const Curve<V>& curve, const MaskOf<V>& lanes, const V& lowest_at,
                     const V& lowest, Bracket& found) const {
-        constexpr double spacing = 0.25, least_distance = 1e-6, golden = 0.381966;  // spacing of the tested points
+        constexpr double spacing = 0.25, golden = 0.381966;  // spacing of the tested points
+        const V least = max(V(S(1e-6)), rounding_on(step));
         const V zero(S(0)), one(S(1)), &start = step.start.switching;
         const V sign = select(start < zero, -one, one);
         const auto value_at = [&](const V& s) { return sign * value_on(step, curve, s); };
@@ -175,19 +176,20 @@ private:
         V low = tested, high = min(lowest_at + V(S(spacing)), one), middle = lowest_at, value = lowest;
         // If the function is lowest at an end of the step, and lower beside it, it has a dip close to this end.
         const MaskOf<V> at_start = lowest_at <= zero, at_end = at_start | (lowest_at >= one);
-        const auto from_end = [&](double distance) { return select(at_start, V(S(distance)), V(S(1 - distance))); };
+        const auto from_end = [&](const V& distance) { return select(at_start, distance, one - distance); };
         MaskOf<V> open = lanes;
         if (any(lanes & at_end)) {
-            MaskOf<V> dips = lanes & at_end & (value_at(from_end(least_distance)) < lowest);
+            MaskOf<V> dips = lanes & at_end & (value_at(from_end(least)) < lowest) &
+                            (least < V(S(0.1 * spacing)));
             open = lanes & (dips | !at_end);
-            for (double distance = least_distance; any(dips) && distance < spacing; distance *= 8) {
+            for (V distance = least; any(dips); distance = V(S(8)) * distance) {
                 const V at = from_end(distance), there = value_at(at);
                 const MaskOf<V> is_lower = dips & (there < value);
                 middle = select(is_lower, at, middle);
                 value = select(is_lower, there, value);
-                low = select(is_lower & !at_start, V(S(1 - 8 * distance)), low);
-                high = select(is_lower & at_start, V(S(8 * distance)), high);
-                dips = dips & (value >= zero);
+                low = select(is_lower & !at_start, one - V(S(8)) * distance, low);
+                high = select(is_lower & at_start, V(S(8)) * distance, high);
+                dips = dips & (value >= zero) & (distance < V(S(0.1 * spacing)));
             }
         }
         if (!any(open)) return;
@@ -202,7 +204,7 @@ private:
             found.value_before =
                 select(is_crossing, sign * select(is_before, value_low, value_tested), found.value_before);
             found.crossing = found.crossing | is_crossing;
-            open = open & (!is_crossing) & (high - low > V(S(1e-9)));
+            open = open & (!is_crossing) & (high - low > least);
             const V to_low = middle - low, to_high = high - middle;
             const V fall = to_high * (value_low - value), rise = to_low * (value_high - value);
             const V vertex = middle + V(S(0.5)) * (to_high * fall - to_low * rise) / (fall + rise);
@@ -228,7 +230,8 @@ private:
         const V target = select(start < zero, -distance, distance);
         value_before = value_before - target;
         value_behind = value_behind - target;
-        for (int i = 0; i < 12; ++i) {
+        MaskOf<V> open = crossing;
+        for (int i = 0; i < 40 && any(open); ++i) {
             const V s = before - value_before * (behind - before) / (value_behind - value_before);
             const V value = value_on(step, curve, s) - target;
             const MaskOf<V> is_before = value * start > zero, usable = is_finite(s) & is_finite(value);
@@ -238,7 +241,14 @@ private:
             value_before = select(usable & is_before, value, value_before);
             behind = select(usable & !is_before, s, behind);
             value_behind = select(usable & !is_before, value, value_behind);
+            open = open & !(is_before & (abs(value) <= distance));
         }
+    }
+    /// Returns the rounding error of a point on the step, as a fraction of the step. Within this distance, the switching
+    /// function changes irregularly.
+    V rounding_on(const StepperState<V>& step) const {
+        const V length = abs(step.h) * greatest_component(step.start.velocity);
+        return V(S(256) * machine_epsilon<S>) * greatest_component(step.start.q()) / length;
     }
     /// Returns the rate of change of the switching function along the tangent at the start of the step. The difference
     /// is taken over a length that is large compared with the rounding errors of the position.

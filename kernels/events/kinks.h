@@ -231,7 +231,7 @@ private:
         value_before = value_before - target;
         value_behind = value_behind - target;
         MaskOf<V> open = crossing;
-        for (int i = 0; i < 40 && any(open); ++i) {
+        for (int i = 0; i < 12 || (i < 40 && any(open)); ++i) {
             const V s = before - value_before * (behind - before) / (value_behind - value_before);
             const V value = value_on(step, curve, s) - target;
             const MaskOf<V> is_before = value * start > zero, usable = is_finite(s) & is_finite(value);

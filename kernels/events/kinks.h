@@ -223,7 +223,7 @@ private:
         }
     }
     /// Narrows a bracket around the point at a distance before the kink, by the method of false position on the dense
-    /// output (Illinois).
+    /// output (Illinois), and by bisection if that does not converge.
     void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket, const V& distance) const {
         const V zero(S(0)), &start = step.start.switching;
         auto& [before, behind, value_before, value_behind, crossing] = bracket;
@@ -232,8 +232,9 @@ private:
         value_behind = value_behind - target;
         MaskOf<V> open = crossing;
         for (int i = 0; i < 12 || (i < 40 && any(open)); ++i) {
-            const V s = before - value_before * (behind - before) / (value_behind - value_before);
-            const V value = value_on(step, curve, s) - target;
+            const V secant = before - value_before * (behind - before) / (value_behind - value_before);
+            const bool bisects = i >= 12 && i % 2 == 0;  // false position is slow where the function is very steep
+            const V s = bisects ? V(S(0.5)) * (before + behind) : secant, value = value_on(step, curve, s) - target;
             const MaskOf<V> is_before = value * start > zero, usable = is_finite(s) & is_finite(value);
             value_behind = select(usable & is_before, V(S(0.5)) * value_behind, value_behind);
             value_before = select(usable & !is_before, V(S(0.5)) * value_before, value_before);

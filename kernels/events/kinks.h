@@ -227,6 +227,19 @@ private:
     void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket, const V& distance) const {
         const V zero(S(0)), &start = step.start.switching;
         auto& [before, behind, value_before, value_behind, crossing] = bracket;
+        // A step that begins just behind a kink begins closer to it than the distance from the next one.
+        MaskOf<V> near = crossing & (before <= zero) & (abs(value_before) <= distance);
+        V closer = behind;
+        for (int i = 0; i < 14 && any(near); ++i) {
+            closer = V(S(0.25)) * closer;
+            const V value = value_on(step, curve, closer);
+            const MaskOf<V> is_behind = near & (value * start < zero), is_found = near & (value * start > distance * abs(start));
+            behind = select(is_behind, closer, behind);
+            value_behind = select(is_behind, value, value_behind);
+            before = select(is_found, closer, before);
+            value_before = select(is_found, value, value_before);
+            near = near & !is_found;
+        }
         const V target = select(start < zero, -distance, distance);
         value_before = value_before - target;
         value_behind = value_behind - target;

@@ -119,7 +119,7 @@ private:
     };
 
     /// Greatest number of points in the search for a dip of the switching function.
-    static constexpr int max_sections = 24;
+    static constexpr int max_sections = 36;
 
     /// Returns the fraction of the step at which its last stage lies, with a reserve for the error of the prediction.
     S last_stage() const { return reach_.ahead > 0 ? S(1.02 * (1 + reach_.ahead)) : S(1); }
@@ -164,7 +164,7 @@ private:
     }
     /// Searches for a crossing close to the point where the switching function comes closest to zero, in `lanes` in
     /// which all tested points lie on the same side: a thin layer between two of them, or a ray that grazes a kink. The
-    /// golden section narrows the surroundings of this point, in turn with a parabola through three points.
+    /// golden section narrows the surroundings of this point; every third point is the vertex of a parabola.
     void search_dip(const StepperState<V>& step, const Curve<V>& curve, const MaskOf<V>& lanes, const V& lowest_at,
                     const V& lowest, Bracket& found) const {
         constexpr double spacing = 0.25, golden = 0.381966;  // spacing of the tested points
@@ -210,7 +210,7 @@ private:
             const V vertex = middle + V(S(0.5)) * (to_high * fall - to_low * rise) / (fall + rise);
             const V section = select(to_high > to_low, middle + V(S(golden)) * to_high, middle - V(S(golden)) * to_low);
             const MaskOf<V> usable = (vertex > low) & (vertex < high) & (abs(vertex - middle) > V(S(1e-3)) * (high - low));
-            const V s = i % 2 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
+            const V s = i % 3 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
             const MaskOf<V> is_lower = there < value, is_right = s > middle;
             // The new triple surrounds the lower one of the two inner points.
             const MaskOf<V> moves_low = (is_lower & is_right) | !(is_lower | is_right);

@@ -1,5 +1,5 @@
-/// Code: a program as data for an interpreter. The programs of a scene's formula are executed as code, because no
-/// compiler is available at run time.
+/// Code: the programs of a formula as data. The compiler module translates code to machine code; without this module,
+/// an interpreter executes it.
 ///
 /// Instructions operate on numbered slots, which contain the inputs, the constants and then the results. Instructions
 /// are grouped into runs of the same operation on independent operands. An operation is then dispatched once per run,

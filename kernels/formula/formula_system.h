@@ -1,4 +1,5 @@
-/// The specialization of `System` for formulas. It interprets code instead of running compiled programs.
+/// The specialization of `System` for formulas. It runs the machine code of a formula, or interprets its code if there
+/// is none.
 #pragma once
 
 #include "kernels/formula/evaluators.h"

@@ -158,10 +158,10 @@ void PacketTracer<V, Events>::advance() {
     counters_.issued_lane_steps += W;
     counters_.active_lane_steps += static_cast<std::uint64_t>(__builtin_popcountll(packet_.active));
 
-    task_.step(state);                                           // step
+    task_.step(state);                                                      // step
     const std::uint64_t repeated = task_.kernel.kinked ? pass_kinks() : 0;  // split: steps end before kinks
     std::uint64_t moving = control_.accept(repeated);                       // accept: rejected steps are repeated
-    if (Discontinuity::exists(task_)) moving &= ~split(moving);             // or on the discontinuity
+    if (Discontinuity::exists(task_)) moving &= ~split(moving);             // split: steps end on discontinuities
 
     const V steps = packet_.steps + V(S(1));                     // detect
     const Detected<Events> found = detector_.detect(state, moving, steps, refiner_->deferred);

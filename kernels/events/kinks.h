@@ -179,8 +179,7 @@ private:
         const auto from_end = [&](const V& distance) { return select(at_start, distance, one - distance); };
         MaskOf<V> open = lanes;
         if (any(lanes & at_end)) {
-            MaskOf<V> dips = lanes & at_end & (value_at(from_end(least)) < lowest) &
-                            (least < V(S(0.1 * spacing)));
+            MaskOf<V> dips = lanes & at_end & (value_at(from_end(least)) < lowest) & (least < V(S(0.1 * spacing)));
             open = lanes & (dips | !at_end);
             for (V distance = least; any(dips); distance = V(S(8)) * distance) {
                 const V at = from_end(distance), there = value_at(at);
@@ -209,9 +208,10 @@ private:
             const V fall = to_high * (value_low - value), rise = to_low * (value_high - value);
             const V vertex = middle + V(S(0.5)) * (to_high * fall - to_low * rise) / (fall + rise);
             const V section = select(to_high > to_low, middle + V(S(golden)) * to_high, middle - V(S(golden)) * to_low);
-            const MaskOf<V> usable = (vertex > low) & (vertex < high) & (abs(vertex - middle) > V(S(1e-3)) * (high - low));
+            const MaskOf<V> usable =
+                (vertex > low) & (vertex < high) & (abs(vertex - middle) > V(S(1e-3)) * (high - low));
             const V s = i % 3 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
-            const MaskOf<V> is_lower = there < value, is_right = s > middle;
+            const MaskOf<V> is_lower = there<value, is_right = s> middle;
             // The new triple surrounds the lower one of the two inner points.
             const MaskOf<V> moves_low = (is_lower & is_right) | !(is_lower | is_right);
             low = select(moves_low, select(is_lower, middle, s), low);
@@ -233,7 +233,8 @@ private:
         for (int i = 0; i < 14 && any(near); ++i) {
             closer = V(S(0.25)) * closer;
             const V value = value_on(step, curve, closer);
-            const MaskOf<V> is_behind = near & (value * start < zero), is_found = near & (value * start > distance * abs(start));
+            const MaskOf<V> is_behind = near & (value * start < zero),
+                            is_found = near & (value * start > distance * abs(start));
             behind = select(is_behind, closer, behind);
             value_behind = select(is_behind, value, value_behind);
             before = select(is_found, closer, before);
@@ -258,8 +259,8 @@ private:
             open = open & !(is_before & (abs(value) <= distance));
         }
     }
-    /// Returns the rounding error of a point on the step, as a fraction of the step. Within this distance, the switching
-    /// function changes irregularly.
+    /// Returns the rounding error of a point on the step, as a fraction of the step. Within this distance, the
+    /// switching function changes irregularly.
     V rounding_on(const StepperState<V>& step) const {
         const V length = abs(step.h) * greatest_component(step.start.velocity);
         return V(S(256) * machine_epsilon<S>) * greatest_component(step.start.q()) / length;

@@ -9,7 +9,8 @@
 
 namespace kagero {
 
-/// Traces the rays in batches (4096, or 256 if points are at even intervals), and writes their paths as CSV to `output`;
+/// Traces the rays in batches (4096, or 256 if points are at even intervals), and writes their paths as CSV to
+/// `output`;
 /// "-" is stdout. Rays that cannot be
 /// traced from their start have no path: a warning states their number, and the reason for the first of them. After an
 /// interruption, only the rays that had ended are written.

@@ -89,7 +89,8 @@ bool Boundaries::touch(const SurfacePoint& point) const {
         const bool is_own = point.boundary == &boundary;
         const double width = is_own ? boundary.rounding : contact_width(*point.boundary, boundary);
         if (boundary.tree)
-            return boundary.tree->nearest(point.position, is_own ? point.triangle : no_triangle, width).distance < width;
+            return boundary.tree->nearest(point.position, is_own ? point.triangle : no_triangle, width).distance <
+                   width;
         return !is_own && std::abs(length(subtract(point.position, boundary.center)) - boundary.radius) < width;
     });
 }

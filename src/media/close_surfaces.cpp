@@ -44,8 +44,8 @@ CloseSurfaces::CloseSurfaces(const SceneDescription& scene, const SceneGeometry&
     }
 }
 
-/// Returns the crossing of a ray through q with the part of a surface that is close to q; none if there is no such part,
-/// or if the ray passes it on the outside.
+/// Returns the crossing of a ray through q with the part of a surface that is close to q; none if there is no such
+/// part, or if the ray passes it on the outside.
 std::optional<CloseSurfaces::RayCrossing> CloseSurfaces::crossing_near(const ExactSurface& surface, const Double3& q,
                                                                        const Double3& direction) const {
     const double limit = std::max(reach_, surface.rounding + surface.file_rounding);
@@ -101,13 +101,11 @@ SurfacesOnRay CloseSurfaces::meet(const PointOnSurface& hit, const Double3& dire
         return gap <= contact_width(*first.surface, *crossing.surface);
     };
     const auto end = std::find_if_not(crossings.begin(), crossings.end(), touches_first);
-    const auto opaque = std::find_if(crossings.begin(), end, [&](const RayCrossing& crossing) {
-        return !is_boundary(*crossing.surface);
-    });
+    const auto opaque = std::find_if(crossings.begin(), end,
+                                     [&](const RayCrossing& crossing) { return !is_boundary(*crossing.surface); });
     const auto point = [&](const RayCrossing& crossing) -> PointOnSurface {
         if (crossing.surface == &own) return hit;
-        return {crossing.surface->object, crossing.primitive,
-                add(hit.position, scaled(direction, crossing.distance))};
+        return {crossing.surface->object, crossing.primitive, add(hit.position, scaled(direction, crossing.distance))};
     };
     if (opaque != end) return {point(*opaque), point(*opaque)};
     return {point(first), point(*(end - 1))};

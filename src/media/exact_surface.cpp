@@ -31,8 +31,7 @@ ExactSurface exact_surface(const ObjectDescription& description, std::uint32_t o
     } else {
         surface.mesh = &geometry.mesh;
         surface.tree = std::make_shared<const TriangleTree>(geometry.mesh);
-        for (const std::uint32_t index : geometry.mesh.triangles)
-            surface.bounds.extend(vertex(geometry.mesh, index));
+        for (const std::uint32_t index : geometry.mesh.triangles) surface.bounds.extend(vertex(geometry.mesh, index));
     }
     const double greatest = greatest_coordinate(surface.bounds);
     surface.size = length(subtract(surface.bounds.upper, surface.bounds.lower));

@@ -41,9 +41,9 @@ private:
     Boundaries boundaries_;
     CloseSurfaces close_surfaces_;
     std::vector<int> outward_signs_;
-    bool has_contacts_ = false;         ///< True if boundaries may touch each other.
+    bool has_contacts_ = false;          ///< True if boundaries may touch each other.
     double greatest_file_rounding_ = 0;  ///< The greatest ExactSurface::file_rounding of a boundary.
-    std::string names_;                 ///< Names of the boundaries, for messages.
+    std::string names_;                  ///< Names of the boundaries, for messages.
 };
 
 /// Returns true if the scene has a boundary.

@@ -156,7 +156,8 @@ bool TriangleTree::comes_close_to(const TriangleTree& other, double limit) const
         other.visit([&](const Bounds& box) { return !is_close && distance(box, bounds) < limit; },
                     [&](std::uint32_t other_triangle) {
                         Bounds other_bounds;
-                        for (const Double3& corner : corners_of(other.mesh_, other_triangle)) other_bounds.extend(corner);
+                        for (const Double3& corner : corners_of(other.mesh_, other_triangle))
+                            other_bounds.extend(corner);
                         is_close = is_close || distance(bounds, other_bounds) < limit;
                     });
     });
@@ -170,8 +171,8 @@ bool TriangleTree::comes_close_to(const Double3& center, double radius, double l
               const auto corners = corners_of(mesh_, triangle);
               const auto from_center = [&](const Double3& q) { return length(subtract(q, center)); };
               const double nearest = from_center(closest_point(center, corners[0], corners[1], corners[2])),
-                           farthest = std::max({from_center(corners[0]), from_center(corners[1]),
-                                                from_center(corners[2])});
+                           farthest =
+                               std::max({from_center(corners[0]), from_center(corners[1]), from_center(corners[2])});
               is_close = is_close || (nearest < radius + limit && farthest > radius - limit);
           });
     return is_close;

@@ -35,7 +35,8 @@ private:
         std::uint32_t first = 0, count = 0, second_child = 0;
     };
 
-    /// Calls visit(triangle) for the triangles of all leaves whose box `reaches` accepts, and whose ancestors it accepts.
+    /// Calls visit(triangle) for the triangles of all leaves whose box `reaches` accepts, and whose ancestors it
+    /// accepts.
     template <class Reaches, class Visit>
     void visit(const Reaches& reaches, const Visit& visit) const;
     void build(std::uint32_t first, std::uint32_t count);

@@ -30,10 +30,10 @@ public:
     std::uint64_t begin(const TileFileHeader& header);
     /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes.
     std::uint64_t read(Film& film, TileResults& results);
-    /// Appends a record, which is in the file at most 0.1 s later: records of one thread that follow quickly are written
-    /// together. A separate thread transfers the file to the disk every five seconds, so that rendering does not wait
-    /// for the disk. May be called from several threads. Throws RunError if writing or an earlier transfer failed; the
-    /// journal then ends with its last complete record.
+    /// Appends a record, which is in the file at most 0.1 s later: records of one thread that follow quickly are
+    /// written together. A separate thread transfers the file to the disk every five seconds, so that rendering does
+    /// not wait for the disk. May be called from several threads. Throws RunError if writing or an earlier transfer
+    /// failed; the journal then ends with its last complete record.
     void append(std::string_view record);
     /// Writes all records, and transfers the file to the disk. A run that ends early calls this function.
     void sync();

@@ -18,10 +18,10 @@ Double3 position_in_space(const Plan& plan, const DiffusePoint& point) {
 }
 
 /// Returns the share of the rays that a surface sends toward lights. The factor of the others is the inverse of the
-/// rest. With the share 1 − albedo, light toward which no ray is sent keeps its weight from surface to surface; a greater
-/// share would let the weights, and the noise of bright rooms, grow without limit. The first surfaces of a path have
-/// greater shares, since most of the light of the lamps is on short paths: 1/2, 1/4, …, so that all of them together
-/// multiply the weight by at most 3.5.
+/// rest. With the share 1 − albedo, light toward which no ray is sent keeps its weight from surface to surface; a
+/// greater share would let the weights, and the noise of bright rooms, grow without limit. The first surfaces of a path
+/// have greater shares, since most of the light of the lamps is on short paths: 1/2, 1/4, …, so that all of them
+/// together multiply the weight by at most 3.5.
 double light_share(double albedo, std::uint32_t scatterings) {
     return std::min(0.5, std::max(1 - albedo, std::pow(0.5, double(scatterings) + 1)));
 }

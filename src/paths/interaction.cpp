@@ -160,10 +160,10 @@ void InteractionSolver::set_media(const RayAtSurface& hit, const SurfaceRay& ray
     if (regions.is_contact(surface, hit.end->primitive, q, normal)) {
         crossing.other_side = regions.medium_beside(surface, q, scaled(normal, -1));
         crossing.in_medium = hit.medium == regions.medium_beside(surface, q, normal);
-        crossing.exit = regions.close_surfaces()
-                            .meet({surface, hit.end->primitive, q}, vector_of(hit.end->v),
-                                  length(subtract(position, hit.start)))
-                            .last;
+        crossing.exit =
+            regions.close_surfaces()
+                .meet({surface, hit.end->primitive, q}, vector_of(hit.end->v), length(subtract(position, hit.start)))
+                .last;
         crossing.to_exit = subtract(crossing.exit->position, q);
         return;
     }
@@ -252,8 +252,8 @@ void InteractionSolver::set_interaction(const RayAtSurface& hit, const Crossing&
     if (near.continuations[crossing.reflected].exists)
         interaction.reflected = branch_of(hit.medium, crossing.reflected, *hit.end);
     if (!crossing.is_boundary || !far.continuations[crossing.transmitted].exists) return;
-    Branch& transmitted = interaction.transmitted.emplace(
-        branch_of(crossing.other_side, crossing.transmitted, *hit.end));
+    Branch& transmitted =
+        interaction.transmitted.emplace(branch_of(crossing.other_side, crossing.transmitted, *hit.end));
     if (crossing.exit) {
         transmitted.surface = crossing.exit->surface;
         transmitted.primitive = crossing.exit->primitive;

@@ -240,9 +240,8 @@ std::vector<Decision> picture_decisions(const Scene& scene, const View& view, co
              why_no_family);
     list.add(false, "ray parameter \u03bb at the ends of rays", "no layer needs it");
     list.add(scene.unit != 1, "lengths in units of " + plain_number(scene.unit),
-             scene.integrated.has_programs()
-                 ? "a formula keeps the unit of length in which it is written"
-                 : "the size of the scene needs no other unit of length");
+             scene.integrated.has_programs() ? "a formula keeps the unit of length in which it is written"
+                                             : "the size of the scene needs no other unit of length");
     return std::move(list.decisions);
 }
 

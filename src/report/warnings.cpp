@@ -105,12 +105,13 @@ Warning warning_of_energy(const Plan& plan, const RunReport& report) {
                        rounded(report.energy_error.p99) + " (more than " + limit + " is unreliable); ";
     if (is_formula_with_step_control(plan)) {
         const bool has_scale = !plan.scene->description.space.formula->length_scale.empty();
-        text += "the local errors of the steps are at most " + rounded(plan.run.tolerance) +
-                ", so H has a layer that is thinner than the steps, or a jump, or the rays come close to a singularity; " +
-                (has_scale ? "set a smaller space.length_scale there"
-                           : "set space.length_scale to the thickness of the layer, as a formula that grows away from "
-                             "it") +
-                ", or a smaller integrator.tolerance";
+        text +=
+            "the local errors of the steps are at most " + rounded(plan.run.tolerance) +
+            ", so H has a layer that is thinner than the steps, or a jump, or the rays come close to a singularity; " +
+            (has_scale ? "set a smaller space.length_scale there"
+                       : "set space.length_scale to the thickness of the layer, as a formula that grows away from "
+                         "it") +
+            ", or a smaller integrator.tolerance";
     } else text += finer_steps(plan);
     return {"energy_error", text};
 }

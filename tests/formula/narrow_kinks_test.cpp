@@ -18,8 +18,9 @@ protected:
     static std::vector<RayEnd> trace_list(const std::string& scene, const std::vector<RayInput>& rays,
                                           const Overrides& overrides = {}) {
         const Options options;
-        auto plan = plan_of_text(scene + "[camera]\nposition = [-25, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
-                                         "[film]\nsize = [16, 12]\n",
+        auto plan = plan_of_text(scene +
+                                     "[camera]\nposition = [-25, 0, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n"
+                                     "[film]\nsize = [16, 12]\n",
                                  overrides, options, false);
         const Plan tuned = tune(std::move(*plan), options, Purpose::ray_list);
         std::vector<RayEnd> ends;
@@ -58,12 +59,12 @@ TEST_F(NarrowKinks, ThinLayersRefract) {
 
 // All rays of a Luneburg lens of radius 1 along x leave through (1, 0, 0), also those that pass close to its edge.
 TEST_F(NarrowKinks, ChordsCloseToTheEdgeAreRefracted) {
-    for (const char* form : {"max(1, 2 - r^2)", "1 + max(0, 1 - r^2)", "where(1 - r, 2 - r^2, 1)",
-                             "1 + 0.5*(1 - r^2 + abs(1 - r^2))"})
+    for (const char* form :
+         {"max(1, 2 - r^2)", "1 + max(0, 1 - r^2)", "where(1 - r, 2 - r^2, 1)", "1 + 0.5*(1 - r^2 + abs(1 - r^2))"})
         for (const double radius : {3.0, 8.0, 200.0}) {
             const std::string scene = "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (" +
-                                      std::string(form) + "))\"\n[integrator]\nescape_radius = " +
-                                      std::to_string(radius) + "\n";
+                                      std::string(form) +
+                                      "))\"\n[integrator]\nescape_radius = " + std::to_string(radius) + "\n";
             std::vector<RayInput> rays;
             for (const double b : {0.9, 0.9995, 0.9999, 0.99997, 0.99999, 0.999999})
                 for (const double start : {-2.0, -2.3, -2.71}) rays.push_back({{start, b, 0}, {1, 0, 0}});
@@ -81,9 +82,9 @@ TEST_F(NarrowKinks, AWeakLayerOfWaterRefracts) {
     const std::string scene =
         "[space]\nhamiltonian = \"formula\"\nH = \"0.5*(px^2 + py^2 + pz^2 - (1500/c)^2)\"\n"
         "let = {c = \"1500 + min(0.25, max(0, 0.5*(-z - 100)))\"}\n[integrator]\nescape_radius = 30000\n";
-    const RayEnd end =
-        trace_list(scene, {{{0, 0, -99.9}, {1, 0, -1}}}, {"camera.position=[0, 0, -99.9]", "camera.look_at=[1, 0, -100.9]"})
-            .front();
+    const RayEnd end = trace_list(scene, {{{0, 0, -99.9}, {1, 0, -1}}},
+                                  {"camera.position=[0, 0, -99.9]", "camera.look_at=[1, 0, -100.9]"})
+                           .front();
     const double sine = std::sqrt(0.5) * 1500.25 / 1500;
     EXPECT_NEAR(end.v[0], sine, 1e-10);
     EXPECT_NEAR(end.v[2], -std::sqrt(1 - sine * sine), 1e-10);

@@ -1,6 +1,6 @@
 // Rays at surfaces that touch boundaries of media, or lie closer to them than floats distinguish: a block on a table, a
-// mirror on the back of a plate, lenses that are cemented or nearly so. Light through plane faces keeps its direction and
-// is displaced as in Snell's law.
+// mirror on the back of a plate, lenses that are cemented or nearly so. Light through plane faces keeps its direction
+// and is displaced as in Snell's law.
 #include "tests/support/plan_fixture.h"
 
 #include "render/render.h"
@@ -148,8 +148,8 @@ TEST_P(TouchingSurfaces, AnOpaqueSurfaceIsInFrontOfABlock) {
     }
 }
 
-/// Returns the position y where a ray of direction (1, slope, 0) from (−3, 0, 0) leaves a layer of index 1.5 from x = −1
-/// to x = middle, and one of index 1.2 to x = 1.
+/// Returns the position y where a ray of direction (1, slope, 0) from (−3, 0, 0) leaves a layer of index 1.5 from x =
+/// −1 to x = middle, and one of index 1.2 to x = 1.
 double exit_height(double slope, double middle) {
     const double sine = slope / std::sqrt(1 + slope * slope);
     const auto tangent = [&](double index) { return sine / std::sqrt(index * index - sine * sine); };
@@ -236,12 +236,11 @@ center = [0.3, -0.4, 0.6]
 radius = 0.3
 color = [1, 1, 1]
 )";
-    const Overrides film{"camera.position=[0, -0.9, 0]", "camera.look_at=[0, 1, 0]", "film.size=[16, 12]",
-                         "film.spp=16",                  "film.max_bounces=1000",
-                         R"(film.layers=["color", "standard_error"])"};
-    for (const std::string& glass :
-         {std::string(), box("block", {-0.5, 0.5, -0.5}, {0.5, 1, 0.5}, "glass"),
-          box("half", {-1, 0.2, -1}, {1, 1, 1}, "glass")}) {
+    const Overrides film{"camera.position=[0, -0.9, 0]", "camera.look_at=[0, 1, 0]",
+                         "film.size=[16, 12]",           "film.spp=16",
+                         "film.max_bounces=1000",        R"(film.layers=["color", "standard_error"])"};
+    for (const std::string& glass : {std::string(), box("block", {-0.5, 0.5, -0.5}, {0.5, 1, 0.5}, "glass"),
+                                     box("half", {-1, 0.2, -1}, {1, 1, 1}, "glass")}) {
         Options options;
         options.isa = GetParam();
         const auto plan = plan_of_text(head + room + glass, film, options);

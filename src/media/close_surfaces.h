@@ -1,7 +1,7 @@
 /// Surfaces that touch boundaries of media, or nearly touch them: a plate on a table, a mirror on the back of a glass.
 ///
-/// The kernels find hits with Embree, whose coordinates are floats. Of two surfaces closer to each other than their
-/// rounding, either can be the one that a ray is found to hit. Here, the coordinates in double precision decide.
+/// The kernels find hits with Embree, whose coordinates are floats. Either of two surfaces that are closer to each other
+/// than their rounding can be the one that a ray is found to hit. Here, the coordinates in double precision decide.
 #pragma once
 
 #include "media/boundaries.h"
@@ -21,7 +21,7 @@ struct SurfacesOnRay {
     PointOnSurface first, last;
 };
 
-/// Surfaces of which at least one is a boundary, and which come closer to each other than Embree's coordinates tell.
+/// Surfaces that come closer to each other than Embree's coordinates distinguish. At least one of them is a boundary.
 class CloseSurfaces {
 public:
     /// Finds the surfaces. `boundaries` and `geometry` must outlive this object.
@@ -48,7 +48,7 @@ private:
                                              const Double3& direction) const;
     bool is_boundary(const ExactSurface& surface) const { return outward_signs_[surface.object] != 0; }
 
-    double reach_;                      ///< Distance that Embree's coordinates cannot tell from 0.
+    double reach_;                      ///< Distance that Embree's coordinates do not distinguish from 0.
     std::vector<ExactSurface> others_;  ///< Surfaces that are not boundaries.
     // By the index of the object:
     std::vector<int> outward_signs_;                       ///< MediumBoundary::outward_sign; 0 for other surfaces.

@@ -1,7 +1,8 @@
 /// Surfaces that touch boundaries of media, or nearly touch them: a plate on a table, a mirror on the back of a glass.
 ///
-/// The kernels find hits with Embree, whose coordinates are floats. Either of two surfaces that are closer to each other
-/// than their rounding can be the one that a ray is found to hit. Here, the coordinates in double precision decide.
+/// The kernels find hits with Embree, whose coordinates are floats. Either of two surfaces that are closer to each
+/// other than their rounding can be the one that a ray is found to hit. Here, the coordinates in double precision
+/// decide.
 #pragma once
 
 #include "media/boundaries.h"

@@ -23,6 +23,9 @@ struct ExactSurface {
     double file_rounding = 0;
 };
 
+/// Returns the bounding box of the surface of an object.
+Bounds bounds_of_surface(const ObjectDescription& description, const ObjectGeometry& geometry);
+
 /// Returns the surface of an object. `geometry`, which is that of the object, must outlive it.
 ExactSurface exact_surface(const ObjectDescription& description, std::uint32_t object, const ObjectGeometry& geometry);
 

@@ -28,9 +28,16 @@ CloseSurfaces::CloseSurfaces(const SceneDescription& scene, const SceneGeometry&
         surfaces_[boundary.object] = &boundary;
     }
     others_.reserve(scene.objects.size());
-    for (std::uint32_t i = 0; i < scene.objects.size(); ++i)
-        if (!surfaces_[i] && scene.objects[i].shape != Shape::disk)  // a disk ends before its outer triangles do
-            surfaces_[i] = &others_.emplace_back(exact_surface(scene.objects[i], i, geometry.objects()[i]));
+    for (std::uint32_t i = 0; i < scene.objects.size(); ++i) {
+        const ObjectDescription& object = scene.objects[i];
+        if (surfaces_[i] || object.shape == Shape::disk) continue;  // a disk ends before its outer triangles do
+        const Bounds bounds = bounds_of_surface(object, geometry.objects()[i]);
+        const bool may_be_close =
+            std::any_of(boundaries.all().begin(), boundaries.all().end(), [&](const MediumBoundary& boundary) {
+                return boxes_come_close(bounds, boundary.bounds, 2 * reach_);
+            });
+        if (may_be_close) surfaces_[i] = &others_.emplace_back(exact_surface(object, i, geometry.objects()[i]));
+    }
     const auto add_if_close = [&](const ExactSurface& one, const ExactSurface& other) {
         const double limit = std::max(reach_, contact_width(one, other));
         if (!boxes_come_close(one.bounds, other.bounds, limit) || !come_close(one, other, limit)) return;

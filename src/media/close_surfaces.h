@@ -54,7 +54,7 @@ private:
     // By the index of the object:
     std::vector<int> outward_signs_;                       ///< MediumBoundary::outward_sign; 0 for other surfaces.
     std::vector<std::vector<const ExactSurface*>> close_;  ///< The surfaces close to each surface.
-    std::vector<const ExactSurface*> surfaces_;            ///< The surfaces; null for disks.
+    std::vector<const ExactSurface*> surfaces_;            ///< The surfaces; null if they are not close to any.
 };
 
 }  // namespace kagero

@@ -21,18 +21,24 @@ bool spheres_come_close(const ExactSurface& one, const ExactSurface& other, doub
 
 }  // namespace
 
+Bounds bounds_of_surface(const ObjectDescription& description, const ObjectGeometry& geometry) {
+    Bounds bounds;
+    if (description.shape == Shape::sphere) bounds.extend(geometry.center, description.radius);
+    for (const std::uint32_t index : geometry.mesh.triangles) bounds.extend(vertex(geometry.mesh, index));
+    return bounds;
+}
+
 ExactSurface exact_surface(const ObjectDescription& description, std::uint32_t object, const ObjectGeometry& geometry) {
     ExactSurface surface;
     surface.object = object;
     if (description.shape == Shape::sphere) {
         surface.center = geometry.center;
         surface.radius = description.radius;
-        surface.bounds.extend(geometry.center, description.radius);
     } else {
         surface.mesh = &geometry.mesh;
         surface.tree = std::make_shared<const TriangleTree>(geometry.mesh);
-        for (const std::uint32_t index : geometry.mesh.triangles) surface.bounds.extend(vertex(geometry.mesh, index));
     }
+    surface.bounds = bounds_of_surface(description, geometry);
     const double greatest = greatest_coordinate(surface.bounds);
     surface.size = length(subtract(surface.bounds.upper, surface.bounds.lower));
     surface.rounding = 1e-9 * surface.size + 8 * std::numeric_limits<double>::epsilon() * greatest;

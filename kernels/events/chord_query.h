@@ -174,7 +174,9 @@ private:
     std::uint64_t remove_outside_segment(const Vec3<V>& a, const Vec3<V>& b, const V& begin, const V& length,
                                          Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
                                          std::uint64_t may_start_on_surface, std::uint64_t passed) {
-        const V least = extension_of(b - a), greatest = greatest_fraction(least);
+        // A hit within rounding of the end of the piece belongs to it, since the next piece departs from the surface.
+        const V rounding = starts_.rounding_at(a), chord = norm(b - a),
+                least = extension_of(b - a), greatest = greatest_fraction(least) + rounding / max(chord, rounding);
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));

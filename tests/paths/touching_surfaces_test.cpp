@@ -219,6 +219,20 @@ TEST_P(TouchingSurfaces, ACoatingMayBeThin) {
             << thickness;
 }
 
+// The discontinuity of a lens may be its boundary: steps then end on the boundary, except for rounding.
+TEST_P(TouchingSurfaces, ALensMayEndOnItsBoundary) {
+    const std::string lens =
+        "[[medium]]\nname = \"lens\"\nhamiltonian = \"luneburg\"\nradius = 1\n" + ball("A", 0, 1, "lens");
+    EXPECT_EQ(failed_rays_of_picture(lens), 0u);
+    // Its rays leave through the point opposite to their direction, so that they form a cone behind it.
+    std::vector<RayInput> rays;
+    for (int i = 0; i < 200; ++i) rays.push_back({{-2, std::cos(i) * i / 201.0, std::sin(i) * i / 201.0}, {1, 0, 0}});
+    for (const RayEnd& end : trace_rays(lens, rays).ends) {
+        EXPECT_EQ(end.status, Status::escaped);
+        for (const std::size_t k : {1u, 2u}) EXPECT_NEAR(end.q[k] * end.v[0] - (end.q[0] - 1) * end.v[k], 0, 1e-6);
+    }
+}
+
 // All paths in a closed white room end at its lamp, so that every pixel has the colour of the lamp. Glass against the
 // walls lets no light out of the room.
 TEST_P(TouchingSurfaces, GlassAgainstAWallLetsNoLightThrough) {

@@ -175,8 +175,8 @@ private:
                                          Segments<W>& segments, std::uint64_t hit, std::uint64_t close,
                                          std::uint64_t may_start_on_surface, std::uint64_t passed) {
         // A hit within rounding of the end of the piece belongs to it, since the next piece departs from the surface.
-        const V rounding = starts_.rounding_at(a), chord = norm(b - a),
-                least = extension_of(b - a), greatest = greatest_fraction(least) + rounding / max(chord, rounding);
+        const V rounding = starts_.rounding_at(a), chord = norm(b - a), least = extension_of(b - a),
+                greatest = greatest_fraction(least) + rounding / max(chord, rounding);
         const LevelSet<V> level_sets =
             level_sets_of<V>(geometry_.surfaces, segments.surface, segments.primitive, close);
         const V fraction = chord_fraction(level_sets, a, b, fractions_of(segments, begin, length));

@@ -1,8 +1,8 @@
 /// Vectors with three components of any number type.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include "kernels/numeric/quad.h"
+#include "kernels/simd/lanes.h"
 
 namespace kagero {
 
@@ -29,7 +29,6 @@ constexpr V norm(const Vec3<V>& a) { return sqrt(dot(a, a)); }
 /// Returns the greatest magnitude of a component. Unlike norm, it never overflows.
 template <class V>
 constexpr V greatest_component(const Vec3<V>& a) {
-    using std::abs, std::max;
     return max(max(abs(a.x), abs(a.y)), abs(a.z));
 }
 

@@ -211,7 +211,8 @@ private:
             const MaskOf<V> usable =
                 (vertex > low) & (vertex < high) & (abs(vertex - middle) > V(S(1e-3)) * (high - low));
             const V s = i % 3 == 0 ? select(usable, vertex, section) : section, there = value_at(s);
-            const MaskOf<V> is_lower = there<value, is_right = s> middle;
+            const MaskOf<V> is_lower = there < value;
+            const MaskOf<V> is_right = s > middle;
             // The new triple surrounds the lower one of the two inner points.
             const MaskOf<V> moves_low = (is_lower & is_right) | !(is_lower | is_right);
             low = select(moves_low, select(is_lower, middle, s), low);
@@ -227,7 +228,8 @@ private:
     void narrow(const StepperState<V>& step, const Curve<V>& curve, Bracket& bracket, const V& distance) const {
         const V zero(S(0)), &start = step.start.switching;
         auto& [before, behind, value_before, value_behind, crossing] = bracket;
-        // A step that begins just behind a kink begins closer to it than the distance from the next one.
+        // A step that begins just behind a kink is closer to it than `distance`, which is the distance to keep from the
+        // next kink. The search then needs a point between both kinks.
         MaskOf<V> near = crossing & (before <= zero) & (abs(value_before) <= distance);
         V closer = behind;
         for (int i = 0; i < 14 && any(near); ++i) {

@@ -7,7 +7,8 @@
 
 #include "media/boundaries.h"
 
-#include <span>
+#include <optional>
+#include <vector>
 
 namespace kagero {
 

@@ -171,6 +171,43 @@ TEST_F(FilmOnDisk, HasNoNegativeValuesAsHdr) {
     EXPECT_NEAR(image.rgb[3], 5, 0.05);
 }
 
+// Pixels that are not colours of an upright picture would otherwise be used as if they were.
+TEST_F(FilmOnDisk, IsNotReadFromOtherPixels) {
+    const auto expect_refusal = [&](const std::string& name, const std::string& reason) {
+        try {
+            read_image(path(name), {});
+            ADD_FAILURE() << name << " was read";
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+        }
+    };
+    // The first row of this file is the lowest one of the picture.
+    std::ofstream(path("mirrored.hdr"), std::ios::binary)
+        << "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+Y 2 +X 1\n" + std::string("\x80\0\0\x81\0\x80\0\x81", 8);
+    expect_refusal("mirrored.hdr", "is stored rotated or mirrored (orientation 4 of Exif)");
+    const auto write = [&](const std::string& name, OIIO::TypeDesc type, const std::vector<std::string>& channels) {
+        OIIO::ImageSpec spec(2, 2, int(channels.size()), type);
+        spec.channelnames = channels;
+        spec.alpha_channel = channels[0] == "A" ? 0 : -1;
+        spec.z_channel = channels[0] == "Z" ? 0 : -1;
+        const std::vector<float> values(4 * channels.size(), 1.0f);
+        const auto out = OIIO::ImageOutput::create("any.exr");
+        ASSERT_TRUE(out && out->open(path(name), spec) && out->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
+                    out->close())
+            << name;
+    };
+    write("integers.exr", OIIO::TypeDesc::UINT32, {"R", "G", "B"});
+    expect_refusal("integers.exr", "has channels of 32-bit integers");
+    for (const std::string channel : {"Z", "A"}) {
+        write(channel + ".exr", OIIO::TypeDesc::FLOAT, {channel});
+        expect_refusal(channel + ".exr", "has the channels " + channel);
+    }
+    write("layers.exr", OIIO::TypeDesc::FLOAT, {"a.R", "a.G", "a.B", "b.R", "b.G", "b.B"});
+    expect_refusal("layers.exr", "store the layer to use in a file of its own");
+    write("layer.exr", OIIO::TypeDesc::FLOAT, {"a.R", "a.G", "a.B"});
+    EXPECT_EQ(read_image(path("layer.exr"), {}).width, 2);
+}
+
 // The display window has 4 × 3 pixels. The data window has the columns 2 to 5 and the rows −1 to 1. Pixels outside the
 // data window must be read as 0. A picture with too many pixels must be refused.
 TEST_F(FilmOnDisk, IsReadWithTheDisplayWindowOfExr) {

@@ -38,6 +38,11 @@ TEST_F(Frames, AreCheckedBeforeTheFirstOne) {
         EXPECT_EQ(files(), before);
     }
     EXPECT_EQ(run("render film.toml --frames 0:5 -o a-%d.exr --size 8x8" + wrong).status, 0);
+    // While the shutter is open, the last sub-frame is at 8 + 0.5 · 3/4.
+    const Outcome outcome = run("check film.toml -D camera.shutter=0.5 -D film.spp=2 "
+                                "-D 'animation.set.\"camera.fov\"=\"where(frame - 8.3, 200, 50)\"'");
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find("(in frame 8.375"), std::string::npos) << outcome.err;
 }
 
 TEST_F(Frames, NeedTheOptionFramesIfTheNameHasAPlaceForTheirNumber) {

@@ -193,8 +193,7 @@ TEST_F(FilmOnDisk, IsNotReadFromOtherPixels) {
         const std::vector<float> values(4 * channels.size(), 1.0f);
         const auto out = OIIO::ImageOutput::create("any.exr");
         ASSERT_TRUE(out && out->open(path(name), spec) && out->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
-                    out->close())
-            << name;
+                    out->close());
     };
     write("integers.exr", OIIO::TypeDesc::UINT32, {"R", "G", "B"});
     expect_refusal("integers.exr", "has channels of 32-bit integers");

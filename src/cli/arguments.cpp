@@ -242,16 +242,6 @@ SceneDescription scene_of_text(const Arguments& arguments, const Options& option
     return load_scene_text(text, path, overrides_of(arguments), catalogue(options.isa), use);
 }
 
-SceneDescription general_path_scene_of(Arguments arguments, const Options& options) {
-    SceneDescription scene = scene_of(arguments, options, SceneUse::single_rays);
-    arguments.overrides.insert(arguments.overrides.begin(), "integrator.symmetry=none");
-    try {
-        return scene_of(arguments, options, SceneUse::single_rays);
-    } catch (const InputError&) {  // The only possible reason is a method that excludes symmetry = "none".
-        return scene;
-    }
-}
-
 Options options_of(const Arguments& arguments) {
     Options options;
     if (const OptionValue isa("--isa", arguments.isa, "KAGERO_ISA"); !isa.text.empty()) {

@@ -75,9 +75,6 @@ SceneDescription scene_of(const Arguments& arguments, const Options& options, Sc
 /// As scene_of, but with a text that was read before. `path` is that of the scene file.
 SceneDescription scene_of_text(const Arguments& arguments, const Options& options, const std::string& text,
                                const std::string& path, SceneUse use = SceneUse::picture);
-/// Reads the scene for single rays with integrator.symmetry = "none", so that rays follow the general path. If the
-/// scene states a method that needs the orbit plane, the scene is read without this change.
-SceneDescription general_path_scene_of(Arguments arguments, const Options& options);
 /// Returns the options for instruction set, strategy, precision, schedule, threads and crop. Throws InputError.
 Options options_of(const Arguments& arguments);
 /// Checks that pixel (x, y) lies in the film. `given` is the value of the option as written. Throws InputError.

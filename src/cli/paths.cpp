@@ -43,21 +43,21 @@ private:
 
 }  // namespace
 
-void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, const std::string& output,
+void write_paths_of(const Plan& plan, const std::vector<RayStart>& starts, bool with_bounces, const std::string& output,
                     const RunControl& control, const Terminal& terminal) {
     // Rays whose points are in memory at once. Points at even intervals can be much more than the steps.
     const std::size_t batch_size = plan.run.path_interval > 0 ? 256 : 4096;
     if (!check_path_points(plan, starts, batch_size, control)) return;
     RaysWithoutPath without_path;
     write_output(output, [&](std::ostream& out) {
-        write_path_header(out, plan);
+        write_path_header(out, plan, with_bounces);
         for (std::size_t first = 0; first < starts.size() && !*control.stop; first += batch_size) {
             const auto begin = starts.begin() + std::ptrdiff_t(first),
                        end = starts.begin() + std::ptrdiff_t(std::min(first + batch_size, starts.size()));
             std::vector<RayEnd> ends;
             auto points = trace_paths(plan, {begin, end}, ends, control);
             for (PathPoint& point : points) point.ray += first;
-            write_paths(out, plan, points);
+            write_paths(out, plan, points, with_bounces);
             without_path.count(first, ends, points);
         }
     });

@@ -111,6 +111,15 @@ std::optional<ObserverKind> observer_of(const Arguments& arguments) {
     return observer_named(arguments.observer);
 }
 
+ReadScene scene_reader(const Arguments& arguments, const Options& options) {
+    return [=](const std::vector<std::string>& first, const std::vector<std::string>& last) {
+        Arguments changed = arguments;
+        changed.overrides.insert(changed.overrides.begin(), first.begin(), first.end());
+        changed.overrides.insert(changed.overrides.end(), last.begin(), last.end());
+        return scene_of(changed, options, SceneUse::single_rays);
+    };
+}
+
 void add_swept_keys(CLI::App& verb, Arguments& arguments) {
     add_option(verb, "--vary", arguments.varied,
                "A key and its values: KEY=V1,V2,... with values as for -D, or KEY=A:B:N for N numbers at equal "

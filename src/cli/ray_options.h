@@ -4,6 +4,7 @@
 #include "cli/arguments.h"
 #include "rays/start_rays.h"
 #include "sweep/parameter_sets.h"
+#include "tuning/ray_list.h"
 
 namespace kagero {
 
@@ -15,6 +16,9 @@ std::vector<RayInput> rays_of(const Arguments& arguments);
 
 /// Returns the observer of --observer; nothing if the option is not given.
 std::optional<ObserverKind> observer_of(const Arguments& arguments);
+
+/// Returns a function that reads the scene of the command line for single rays.
+ReadScene scene_reader(const Arguments& arguments, const Options& options);
 
 /// Adds --vary.
 void add_swept_keys(CLI::App& verb, Arguments& arguments);

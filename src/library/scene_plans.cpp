@@ -6,10 +6,10 @@
 #include "library/choices.h"
 #include "plan/names.h"
 #include "scene/value.h"
+#include "tuning/ray_list.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace kagero {
 namespace {
@@ -39,8 +39,11 @@ std::string key_of(const RunOptions& options, const RayRequest& request) {
 void request_columns_by_name(Options& options, const std::vector<std::string>& columns) {
     const std::vector<std::string>& names = integral_names();
     for (const std::string& column : columns) {
-        if (std::find(names.begin(), names.end(), column) == names.end())
-            throw InputError("columns: unknown value \"" + column + "\"; legal values: " + names[0] + ", " + names[1]);
+        if (std::find(names.begin(), names.end(), column) == names.end()) {
+            std::string legal;
+            for (const std::string& name : names) append_to_list(legal, name);
+            throw InputError("columns: unknown value \"" + column + "\"; legal values: " + legal);
+        }
         request_integral(options, column);
     }
 }
@@ -51,44 +54,10 @@ Options options_of_rays(const RunOptions& requested, const RayRequest& request) 
     options.parameter = request.end_parameter;
     request_columns_by_name(options, request.columns);
     if (!request.observer.empty()) options.observer = observer_named(request.observer);
-    if (request.bounces.value_or(0) > max_ray_bounces)
-        throw InputError("bounces: " + std::to_string(*request.bounces) + " is out of range; it must be from 0 to " +
-                         std::to_string(max_ray_bounces));
-    if (request.bounces.value_or(0) > 0) options.bounces = request.bounces;
-    if (request.parameter && !(std::isfinite(*request.parameter) && *request.parameter > 0))
-        throw InputError("parameter: " + to_toml(*request.parameter) +
-                         " is not a finite number greater than 0, the value at the start of a ray");
-    if (request.parameter && request.bounces)
-        throw InputError("bounces and parameter exclude each other: each medium has its own ray parameter");
-    if (!(std::isfinite(request.every) && request.every >= 0))
-        throw InputError("every: " + to_toml(request.every) + " is not a finite number greater than 0");
+    options.bounces = request.bounces;
+    options.parameter_limit = request.parameter;
+    if (request.every != 0) options.path_interval = request.every;
     return options;
-}
-
-/// Returns the description of a scene whose rays follow the general path: with integrator.symmetry = "none", unless the
-/// scene states a method that needs the orbit plane.
-SceneDescription general_description_of(SceneSource source, const Options& options) {
-    const SceneDescription stated = description_of(source, options, SceneUse::single_rays);
-    source.overrides.insert(source.overrides.begin(), "integrator.symmetry=none");
-    try {
-        return description_of(source, options, SceneUse::single_rays);
-    } catch (const InputError&) {  // The only possible reason is a method that excludes symmetry = "none".
-        return stated;
-    }
-}
-
-/// Returns the description for rays that end at a value of λ, the parameter of Hamilton's equations for H: without time
-/// rescaling, on the general path.
-SceneDescription limited_description_of(SceneSource source, const Options& options) {
-    SceneDescription scene = general_description_of(source, options);
-    if (scene.integrator.rescale == "auto") {
-        source.overrides.emplace_back("integrator.rescale=none");
-        scene = general_description_of(std::move(source), options);
-    }
-    if (scene.integrator.rescale == "none") return scene;
-    throw InputError(
-        "parameter: rays cannot end at a value of the ray parameter while integrator.rescale replaces it "
-        "by another integration parameter; set integrator.rescale = \"none\"");
 }
 
 SceneSource with_text(SceneSource source) {
@@ -156,15 +125,14 @@ std::shared_ptr<const Plan> ScenePlans::rays(const RunOptions& requested, const 
     const std::string key = key_of(requested, request);
     if (const auto found = find(key)) return found->plan;
     const Options options = options_of_rays(requested, request);
-    Plan plan = resolve(request.parameter ? limited_description_of(source_, options)
-                                          : description_of(source_, options, SceneUse::single_rays),
-                        options, Purpose::ray_list);
-    if (request.parameter && plan.method().angular)
-        throw InputError("parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
-                         std::string(plan.method().name) +
-                         "\" steps in an angle; choose a method other than orbit-* and mino-*");
-    if (request.parameter) plan.run.parameter_limit = *request.parameter;
-    plan.run.path_interval = request.every;
+    check_ray_list(options, "");
+    const ReadScene read = [&](const std::vector<std::string>& first, const std::vector<std::string>& last) {
+        SceneSource source = source_;
+        source.overrides.insert(source.overrides.begin(), first.begin(), first.end());
+        source.overrides.insert(source.overrides.end(), last.begin(), last.end());
+        return description_of(source, options, SceneUse::single_rays);
+    };
+    Plan plan = resolve_ray_list(ray_list_scene(read, options.parameter_limit.has_value()), options, "");
     return keep({key, std::make_shared<const Plan>(std::move(plan)), nullptr}).plan;
 }
 

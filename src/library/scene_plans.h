@@ -22,9 +22,6 @@ struct RayRequest {
     bool end_parameter = true;               ///< λ is computed at the ends.
 };
 
-/// Greatest number of surfaces through which the rays of a list can continue.
-inline constexpr std::uint32_t max_ray_bounces = 1000;
-
 /// A rendered picture with the plan of its rays.
 struct RenderedPicture {
     std::shared_ptr<const Plan> plan;

@@ -31,6 +31,10 @@ struct Options {
     std::optional<ObserverKind> observer;
     /// Number of surfaces through which rays of a list continue; empty: they end at the first surface.
     std::optional<std::uint32_t> bounces;
+    /// Value of λ at which the rays of a list end; empty: no limit.
+    std::optional<double> parameter_limit;
+    /// Interval of λ between the points of the paths of a list; empty: every step is a point.
+    std::optional<double> path_interval;
     bool energy_error = false;  ///< True: the energy error is measured along every ray.
     bool parameter = false;     ///< True: λ is computed at the ends of a ray list.
     bool action = false;        ///< True: the action is computed along the rays of a list.

@@ -114,7 +114,7 @@ int run_compare(const Arguments& arguments, const Terminal& terminal) {
     // not evaluate H.
     Arguments scene_arguments = arguments;  // `--lanes` does not override integrator.lanes here.
     scene_arguments.lanes.clear();
-    const SceneDescription scene = general_path_scene_of(scene_arguments, options);
+    const SceneDescription scene = general_path_scene(scene_reader(scene_arguments, options));
     check_outputs({{"--json", arguments.json}}, files_of(scene));
     const Comparison comparison = compare_with_progress(scene, requested, terminal);
     for (const std::string& remark : comparison.remarks) terminal.warning(remark);

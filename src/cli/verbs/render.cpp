@@ -66,7 +66,8 @@ int write_pixel_path(const Plan& plan, const std::string& pixel, const Terminal&
     check_inside("--pixel", pixel, plan.description().film, xy[0], xy[1]);
     RunControl control;
     control.stop = InterruptGuard::requested();
-    write_paths_of(plan, {pixel_ray_start(plan, xy[0], xy[1])}, "-", control, terminal);
+    write_paths_of(plan, {pixel_ray_start(plan, xy[0], xy[1])}, plan.run.max_bounces.has_value(), "-", control,
+                   terminal);
     if (!*control.stop) return exit_done;
     terminal.note("interrupted before the ray ended; its path is not written");
     return exit_interrupted;

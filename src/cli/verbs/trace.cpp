@@ -10,7 +10,6 @@
 #include "report/csv/write_rays.h"
 #include "report/run_json.h"
 #include "report/warnings.h"
-#include "tuning/resolve.h"
 
 #include <algorithm>
 #include <ostream>
@@ -19,7 +18,8 @@ namespace kagero {
 
 namespace {
 
-constexpr std::uint32_t max_repeats = 1'000'000, max_bounces = 1000;
+constexpr std::uint32_t max_repeats = 1'000'000;
+constexpr const char* option_prefix = "--";  ///< Stands in front of the names of options in messages.
 
 void declare_trace(CLI::App& app, Arguments& arguments) {
     add_scene(app, arguments);
@@ -61,64 +61,42 @@ struct Request {
     const Terminal& terminal;
 };
 
-/// Reads the scene for rays that end at a given λ. λ is the parameter of Hamilton's equations for H, so rays must be
-/// integrated on the general path and without time rescaling. If integrator.rescale is "auto", it is replaced by
-/// "none", which also selects the default method and step for H without rescaling.
-SceneDescription scene_with_parameter(Arguments arguments, const Options& options) {
-    const SceneDescription scene = general_path_scene_of(arguments, options);
-    if (scene.integrator.rescale != "auto") return scene;
-    arguments.overrides.push_back("integrator.rescale=none");
-    return general_path_scene_of(arguments, options);
-}
-
-/// Returns the number of surfaces through which rays continue; empty: they end at the first surface.
-std::optional<std::uint32_t> bounces_of(const Arguments& arguments) {
-    const std::uint32_t bounces =
-        arguments.bounces.empty() ? 0 : count_of("--bounces", arguments.bounces, max_bounces, 0);
-    return bounces > 0 ? std::optional(bounces) : std::nullopt;
+/// Returns the options of the command line, with those that only lists of rays have. Throws InputError.
+Options options_of_trace(const Arguments& arguments) {
+    Options options = options_of(arguments);
+    request_columns(arguments, options);
+    options.observer = observer_of(arguments);
+    if (!arguments.bounces.empty()) options.bounces = count_of("--bounces", arguments.bounces, max_ray_bounces, 0);
+    if (!arguments.parameter.empty()) options.parameter_limit = finite_number("--parameter", arguments.parameter);
+    if (!arguments.every.empty()) options.path_interval = finite_number("--every", arguments.every);
+    check_ray_list(options, option_prefix);
+    return options;
 }
 
 /// Returns the plan for the CSV, whose columns include the error of H and λ, or for the timed runs of the JSON report.
 /// Prints the remarks of the plan as warnings, only once if both CSV and JSON are written.
 Plan plan_of(const Request& request, bool for_csv) {
-    SceneDescription scene = request.scene;
     Options options = request.options;
     options.energy_error = options.parameter = for_csv;
-    request_columns(request.arguments, options);
-    options.observer = observer_of(request.arguments);
-    options.bounces = bounces_of(request.arguments);
-    const std::string& limit = request.arguments.parameter;
-    if (!limit.empty()) {
-        if (scene.integrator.rescale != "none")
-            throw InputError(
-                "--parameter: rays cannot end at a value of the ray parameter while integrator.rescale replaces it by "
-                "another integration parameter; set integrator.rescale = \"none\"");
-    }
-    Plan plan = resolve(std::move(scene), options, Purpose::ray_list);
+    Plan plan = resolve_ray_list(request.scene, options, option_prefix);
     if (for_csv == request.writes_csv)
         for (const std::string& remark : plan.remarks) request.terminal.warning(remark);
-    if (!limit.empty() && plan.method().angular)
-        throw InputError(
-            "--parameter: rays cannot end at a value of the ray parameter, because integrator.method = \"" +
-            std::string(plan.method().name) + "\" steps in an angle; choose a method other than orbit-* and mino-*");
-    if (!limit.empty()) plan.run.parameter_limit = finite_number("--parameter", limit);
-    if (!request.arguments.every.empty()) plan.run.path_interval = finite_number("--every", request.arguments.every);
     return plan;
 }
 
 /// Traces the rays and writes their ends or paths as CSV. Returns true if the run was interrupted.
 bool write_csv(const Request& request, const std::string& output, const RunControl& control) {
     const auto plan = plan_of(request, true);
-    const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
+    const auto starts = start_rays(plan, request.rays, request.options.observer);
     if (request.arguments.path) {
-        write_paths_of(plan, starts, output, control, request.terminal);
+        write_paths_of(plan, starts, request.options.bounces.has_value(), output, control, request.terminal);
         return *control.stop;
     }
     std::vector<RayEnd> ends;
     std::vector<PathState> paths;
     const RunReport report = trace(plan, starts, ends, control, &paths);
-    const bool writes_paths = !request.arguments.bounces.empty();
-    write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends, writes_paths ? &paths : nullptr); });
+    const std::vector<PathState>* written_paths = request.options.bounces ? &paths : nullptr;
+    write_output(output, [&](std::ostream& out) { write_ends(out, plan, ends, written_paths); });
     for (const Warning& warning : warnings_of(plan, report)) request.terminal.warning(warning.text);
     return report.interrupted;
 }
@@ -128,7 +106,7 @@ bool write_csv(const Request& request, const std::string& output, const RunContr
 /// warnings. Interrupted runs are not reported.
 std::size_t write_timing(const Request& request, std::uint32_t repetitions, const RunControl& control) {
     const auto plan = plan_of(request, false);
-    const auto starts = start_rays(plan, request.rays, observer_of(request.arguments));
+    const auto starts = start_rays(plan, request.rays, request.options.observer);
     std::vector<RayEnd> ends;
     Plan with_energy = plan;
     with_energy.run.outputs |= output_energy;
@@ -148,16 +126,8 @@ std::size_t write_timing(const Request& request, std::uint32_t repetitions, cons
 /// Throws InputError for invalid values of options, and for options that cannot be combined.
 void check_trace_options(const Arguments& arguments) {
     if (!arguments.observer.empty()) require_one_of("--observer", arguments.observer, observer_names());
-    if (!arguments.parameter.empty() && !(finite_number("--parameter", arguments.parameter) > 0))
-        throw InputError("--parameter: " + arguments.parameter +
-                         " is not greater than 0, the value at the start of a ray");
-    if (!arguments.every.empty()) {
-        if (!arguments.path) throw InputError("--every has an effect only on the points of --path; add --path");
-        if (!(finite_number("--every", arguments.every) > 0))
-            throw InputError("--every: " + arguments.every + " is not greater than 0");
-    }
-    if (!arguments.bounces.empty() && !arguments.parameter.empty())
-        throw InputError("--bounces and --parameter exclude each other: each medium has its own ray parameter");
+    if (!arguments.every.empty() && !arguments.path)
+        throw InputError("--every has an effect only on the points of --path; add --path");
     if (arguments.path && !arguments.json.empty())
         throw InputError("--path and --json exclude each other: the JSON reports on ray ends; use one of the two");
     if (!arguments.repeat.empty() && arguments.json.empty())
@@ -170,9 +140,8 @@ int run_trace(const Arguments& arguments, const Terminal& terminal) {
     check_trace_options(arguments);
     const std::uint32_t repetitions =
         arguments.repeat.empty() ? 1 : count_of("--repeat", arguments.repeat, max_repeats);
-    const Options options = options_of(arguments);
-    SceneDescription scene = arguments.parameter.empty() ? scene_of(arguments, options, SceneUse::single_rays)
-                                                         : scene_with_parameter(arguments, options);
+    const Options options = options_of_trace(arguments);
+    SceneDescription scene = ray_list_scene(scene_reader(arguments, options), options.parameter_limit.has_value());
     const bool json = !arguments.json.empty();
     const bool csv = !json || !arguments.output.empty() || arguments.json != "-";
     const std::string output = arguments.output.empty() ? "-" : arguments.output;

@@ -46,7 +46,7 @@ void append_path_state(std::string& row, const Plan& plan, const PathState& path
     append_number(row, mean_weight(path));
 }
 
-void append_point(std::string& row, const Plan& plan, const PathPoint& point) {
+void append_point(std::string& row, const Plan& plan, const PathPoint& point, bool with_bounces) {
     row += std::to_string(point.ray) + ',' + std::to_string(point.step);
     append_number(row, point.parameter);
     append_vector(row, point.q);
@@ -55,7 +55,7 @@ void append_point(std::string& row, const Plan& plan, const PathPoint& point) {
     append_number(row, point.pt);
     append_number(row, point.energy);
     append_integrals(row, plan, point);
-    if (plan.run.max_bounces)
+    if (with_bounces)
         row += ',' + std::to_string(point.segment) + ',' + csv_text(name_of_medium(plan.description(), point.medium));
     row += '\n';
 }
@@ -115,15 +115,15 @@ void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& 
     flush(out, rows);
 }
 
-void write_path_header(std::ostream& out, const Plan& plan) {
+void write_path_header(std::ostream& out, const Plan& plan, bool with_bounces) {
     out << "ray,step,parameter,x,y,z,dx,dy,dz,px,py,pz,pt,energy" << header_of_integrals(plan)
-        << (plan.run.max_bounces ? ",bounces,medium" : "") << '\n';
+        << (with_bounces ? ",bounces,medium" : "") << '\n';
 }
 
-void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points) {
+void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points, bool with_bounces) {
     std::string rows;
     for (const PathPoint& point : points) {
-        append_point(rows, plan, point);
+        append_point(rows, plan, point, with_bounces);
         if (rows.size() > flush_size) flush(out, rows);
     }
     flush(out, rows);

@@ -29,10 +29,9 @@ void append_end(std::string& row, const Plan& plan, std::size_t ray, const RayEn
 void write_ends(std::ostream& out, const Plan& plan, const std::vector<RayEnd>& ends,
                 const std::vector<PathState>* paths = nullptr);
 
-/// Writes the header of the table of paths. Its last columns are the number of bounces and the medium if rays continue
-/// at surfaces (RunConfig::max_bounces).
-void write_path_header(std::ostream& out, const Plan& plan);
+/// Writes the header of the table of paths. `with_bounces` adds the number of bounces and the medium as last columns.
+void write_path_header(std::ostream& out, const Plan& plan, bool with_bounces);
 /// Writes one row per point. Numbers have 17 significant digits.
-void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points);
+void write_paths(std::ostream& out, const Plan& plan, const std::vector<PathPoint>& points, bool with_bounces);
 
 }  // namespace kagero

@@ -86,6 +86,7 @@ Properties identity_of(const Plan& plan, const Options& options) {
         {"the rendered window", std::to_string(window.x0) + "," + std::to_string(window.y0) + "," +
                                     std::to_string(window.x1) + "," + std::to_string(window.y1)},
         {"the list of layers", joined(scene.film.layers, ",")},
+        {"the measurement of the error of H, which --json and .exr need,", options.energy_error ? "on" : "off"},
     };
     add_files(scene, identity);
     return identity;

@@ -241,9 +241,8 @@ int render_picture(const Arguments& arguments, Options options, SceneDescription
     const std::vector<const LayerInfo*> mapped = mapped_layers(arguments, scene.film.layers);
     const double time_limit = time_limit_of(arguments);
     check_files(arguments, options, scene, mapped, output);
-    // The JSON and the attributes of an .exr file contain the error of H.
-    options.energy_error =
-        job.part || ranks || arguments.resume || !arguments.json.empty() || stores_all_layers(output);
+    // The JSON and the attributes of an .exr file contain the error of H. A part may become an .exr file.
+    options.energy_error = job.part || ranks || !arguments.json.empty() || stores_all_layers(output);
     if (arguments.resume) job.journal.emplace(journal_path(arguments, output));
     auto writer_is_loaded = std::async(std::launch::async, [&] {
         if (!job.part) prepare_to_write(output);

@@ -1,8 +1,8 @@
 #include "film/film.h"
 
-#include "kernels/assertion.h"
-
 #include "error.h"
+#include "kernels/assertion.h"
+#include "large_vector.h"
 
 #include <algorithm>
 #include <limits>
@@ -98,12 +98,12 @@ Film::Film(std::uint32_t width, std::uint32_t height, const std::vector<std::str
         if (has(name)) continue;
         const LayerInfo& layer = find_layer(name);
         layers_.push_back(&layer);
-        planes_.emplace_back();
+        std::vector<float>& plane = planes_.emplace_back();
         if (planes == Planes::none) continue;
         // Pixels whose rays are never traced are black in layers of colours, and NaN in other layers.
         constexpr float nan = std::numeric_limits<float>::quiet_NaN();
         const float initial_value = layer.scale == LayerInfo::Scale::colors ? 0.0f : nan;
-        planes_.back().assign(std::size_t{width} * height * layer.channels.size(), initial_value);
+        plane = large_vector<float>(std::size_t{width} * height * layer.channels.size(), 0, initial_value);
     }
 }
 

@@ -1,6 +1,6 @@
 #include "library/ray_arrays.h"
 
-#include "rays/large_vector.h"
+#include "large_vector.h"
 #include "render/threads.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "error.h"
 #include "rays/coherence.h"
-#include "rays/large_vector.h"
+#include "large_vector.h"
 #include "rays/ray_ends.h"
 #include "render/run.h"
 #include "scene/value.h"

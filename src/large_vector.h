@@ -1,4 +1,4 @@
-/// Vectors with one element per ray of a long list.
+/// Vectors with one element per ray of a long list, or per pixel of a picture.
 #pragma once
 
 #include <sys/mman.h>
@@ -11,10 +11,11 @@
 
 namespace kagero {
 
-/// Returns a vector of n elements. Where the system permits, the memory of a long vector consists of huge pages, and
-/// several threads wait for them, because the system takes long to provide and to clear pages.
+/// Returns a vector of n elements with this value. Where the system permits, the memory of a long vector consists of
+/// huge pages, because the system takes long to provide small ones. If `threads` is greater than 0, so many threads wait
+/// until the system has provided and cleared the pages.
 template <class T>
-std::vector<T> large_vector(std::size_t n, unsigned threads) {
+std::vector<T> large_vector(std::size_t n, unsigned threads, const T& value = T()) {
     constexpr std::uintptr_t huge_page = 1 << 21;  // bytes
     std::vector<T> elements;
     elements.reserve(n);
@@ -32,7 +33,7 @@ std::vector<T> large_vector(std::size_t n, unsigned threads) {
                                  first + (last - first) * (thread + 1) / threads, MADV_POPULATE_WRITE);
     } catch (const std::system_error&) {}  // no further thread: these pages come later
     helpers.clear();
-    elements.resize(n);
+    elements.resize(n, value);
     return elements;
 }
 

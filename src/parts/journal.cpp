@@ -22,10 +22,11 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds write_interval{50};
 /// Interval in which the writer looks for pending records of threads whose next record takes long.
 constexpr std::chrono::milliseconds look_interval{50};
-/// Size of pending records that are written at once, in bytes.
-constexpr std::size_t max_pending = 1 << 20;
+/// Size of pending records that are written at once, in bytes. They should fit in a processor's cache with the data of
+/// the renderer.
+constexpr std::size_t max_pending = 65536;
 /// Size of pending records for which their thread waits until the write of another thread ends, in bytes.
-constexpr std::size_t most_pending = 16 * max_pending;
+constexpr std::size_t most_pending = 128 * max_pending;
 /// Interval of the transfers to the disk.
 constexpr std::chrono::seconds transfer_interval{5};
 

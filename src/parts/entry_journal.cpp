@@ -4,13 +4,7 @@
 #include "parts/bytes.h"
 #include "parts/identity.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -46,43 +40,30 @@ Properties identity_of_line(const Json& line) {
 
 }  // namespace
 
-EntryJournal::EntryJournal(std::string path, const Properties& identity) : path_(std::move(path)) {
-    file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (file_ < 0) throw InputError("cannot open the journal '" + path_ + "': " + std::strerror(errno));
-    try {
-        if (flock(file_, LOCK_EX | LOCK_NB) != 0)
-            throw InputError("another process uses the journal '" + path_ + "'; wait until it ends");
-        read(identity);
-    } catch (...) {
-        close(file_);
-        throw;
-    }
-}
-
-EntryJournal::~EntryJournal() { close(file_); }
+EntryJournal::EntryJournal(std::string path, const Properties& identity) : file_(std::move(path)) { read(identity); }
 
 /// Reads all complete lines and cuts the file after them. Writes the first line of a new journal.
 void EntryJournal::read(const Properties& identity) {
-    std::ifstream in(path_, std::ios::binary);
+    std::ifstream in(path(), std::ios::binary);
+    if (!in) throw InputError("cannot read the journal '" + path() + "'");
     std::uint64_t valid = 0;
     std::string line;
     for (bool is_first = true; std::getline(in, line) && !in.eof(); is_first = false) {
         const Json json = json_of_line(line);
         if (is_first && (!json.is_object() || json.value("kind", "") != entry_journal_kind))
-            throw InputError(path_ + " is not a journal of this verb; remove it, or choose another folder with -o");
+            throw InputError(path() + " is not a journal of this verb; remove it, or choose another folder with -o");
         if (!json.is_object()) break;
         if (is_first) {
-            const std::string difference = describe_difference(identity_of_line(json), path_, identity, "this run");
+            const std::string difference = describe_difference(identity_of_line(json), path(), identity, "this run");
             if (!difference.empty())
                 throw InputError("the journal belongs to another run: " + difference + "; run as before, or remove " +
-                                 path_ + " to begin again");
+                                 path() + " to begin again");
         } else {
             entries_[json["name"]] = json["entry"];
         }
         valid += line.size() + 1;
     }
-    if (ftruncate(file_, static_cast<off_t>(valid)) != 0 || lseek(file_, 0, SEEK_END) < 0)
-        throw RunError("cannot write the journal '" + path_ + "': " + std::strerror(errno));
+    file_.cut(valid);
     if (valid > 0) return;
     Json first;
     first["kind"] = entry_journal_kind;
@@ -90,15 +71,15 @@ void EntryJournal::read(const Properties& identity) {
     write_line(first);
 }
 
+/// Appends a line and transfers the file to the disk.
 void EntryJournal::write_line(const Json& json) {
     const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace),
                       line = hexadecimal(checksum(text)) + ' ' + text + '\n';
-    const ssize_t written = ::write(file_, line.data(), line.size());
-    if (written != static_cast<ssize_t>(line.size()))
-        throw RunError("cannot write the journal '" + path_ +
-                       "': " + (written < 0 ? std::strerror(errno) : "the disk may be full") +
+    int error = file_.append(line);
+    if (error == 0) error = file_.transfer();
+    if (error != 0)
+        throw RunError("cannot write the journal '" + path() + "': " + std::strerror(error) +
                        "; the finished entries remain in it, and the same command continues");
-    fdatasync(file_);  // without support of the file system, the data is in the hands of the system
 }
 
 const Json* EntryJournal::find(const std::string& name) const {
@@ -111,9 +92,6 @@ void EntryJournal::append(const std::string& name, const Json& entry) {
     entries_[name] = entry;
 }
 
-void EntryJournal::remove() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-}
+void EntryJournal::remove() { file_.remove(); }
 
 }  // namespace kagero

@@ -1,6 +1,7 @@
 /// The journal of a run that consists of named entries, such as the cases of `stability`.
 #pragma once
 
+#include "parts/append_file.h"
 #include "parts/tile_file.h"
 #include "report/json.h"
 
@@ -16,11 +17,8 @@ public:
     /// InputError if another process uses the journal, if the file is not such a journal, or if it belongs to a run
     /// with another identity.
     EntryJournal(std::string path, const Properties& identity);
-    ~EntryJournal();
-    EntryJournal(const EntryJournal&) = delete;
-    EntryJournal& operator=(const EntryJournal&) = delete;
 
-    const std::string& path() const { return path_; }
+    const std::string& path() const { return file_.path(); }
     /// Returns the entry with this name, or nullptr.
     const Json* find(const std::string& name) const;
     /// Returns all entries by their names.
@@ -34,8 +32,7 @@ private:
     void read(const Properties& identity);
     void write_line(const Json& json);
 
-    std::string path_;
-    int file_ = -1;
+    AppendFile file_;
     std::map<std::string, Json> entries_;
 };
 

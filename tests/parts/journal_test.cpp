@@ -128,7 +128,7 @@ TEST_F(Resume, RefusesTheJournalOfAnotherRender) {
     write("hole.toml", hole);
     {
         const Journal other_process((directory_ / "a.exr.journal").string());
-        expect_refusal(slow + "--resume -o a.exr", "another process renders to the journal 'a.exr.journal'");
+        expect_refusal(slow + "--resume -o a.exr", "another process uses the journal 'a.exr.journal'");
     }
     std::ifstream in(directory_ / "a.exr.journal", std::ios::binary);
     TileFileHeader header = *read_header(in, "a.exr.journal");

@@ -68,8 +68,8 @@ TEST(TilePixels, KeepEveryBit) {
 TEST(TilePixels, AreFewBytesIfTheyAreEqual) {
     std::mt19937 random(7);
     const Tile tile{64, 0, 96, 32};  // 27 rows of it are in the film
-    const std::size_t rows = 27, floats = 32 * rows * 3, sizes = 8 * rows;  // one section for each row
-    for (const auto& [equal_share, fewest, most] : {std::tuple{0.0, floats * 4 + sizes, floats * 4 + sizes + 100},
+    const std::size_t rows = 27, floats = 32 * rows * 3, sizes = 4 * rows;
+    for (const auto& [equal_share, fewest, most] : {std::tuple{0.0, floats * 4 + sizes, floats * 4 + sizes},
                                                     std::tuple{1.0, rows * 12 + sizes, rows * 12 + sizes}}) {
         Film film = film_with({"color"});
         fill(film, equal_share, random);
@@ -91,10 +91,10 @@ TEST(TilePixels, OfAnotherTileAreRefused) {
     EXPECT_THROW(get_pixels(reader, small, film), InputError);
     ByteReader shortened(std::string_view(writer.bytes).substr(0, writer.bytes.size() - 1));
     EXPECT_THROW(get_pixels(shortened, large, film), InputError);
-    ByteWriter none;  // a section without pixels
-    none.put(std::uint64_t{0});
-    ByteReader empty_section(none.bytes);
-    EXPECT_THROW(get_pixels(empty_section, large, film), InputError);
+    ByteWriter none;  // a row without pixels
+    none.put(std::uint32_t{0});
+    ByteReader empty_row(none.bytes);
+    EXPECT_THROW(get_pixels(empty_row, large, film), InputError);
 }
 
 }  // namespace

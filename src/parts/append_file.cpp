@@ -79,11 +79,6 @@ int AppendFile::write_all(std::string_view bytes) {
     while (!bytes.empty()) {
         const ssize_t written = ::write(file_, bytes.data(), bytes.size());
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0 && errno == EINVAL && bypasses_cache_) {  // the file needs another alignment
-            fcntl(file_, F_SETFL, 0);
-            bypasses_cache_ = false;
-            continue;
-        }
         if (written < 0) return errno;
         if (written == 0) return ENOSPC;
         bytes.remove_prefix(static_cast<std::size_t>(written));
@@ -97,8 +92,6 @@ int AppendFile::append(std::string_view bytes) {
     else if (ftruncate(file_, static_cast<off_t>(size_)) == 0) lseek(file_, static_cast<off_t>(size_), SEEK_SET);
     return error;
 }
-
-void AppendFile::bypass_cache() { bypasses_cache_ = fcntl(file_, F_SETFL, O_DIRECT) == 0; }
 
 int AppendFile::transfer() {
     if (!is_entry_transferred_) transfer_entry(path_);

@@ -1,7 +1,6 @@
 /// Files that grow, and that one process uses at a time.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -11,9 +10,6 @@ namespace kagero {
 /// A file to which this process alone appends bytes during the lifetime of the object.
 class AppendFile {
 public:
-    /// Unit of sizes and addresses for bypass_cache(), in bytes.
-    static constexpr std::size_t block = 4096;
-
     /// Opens the file, or creates it, and locks it. Throws InputError if this is not possible, for example because
     /// another process has locked it.
     explicit AppendFile(std::string path);
@@ -28,10 +24,6 @@ public:
     std::uint64_t cut(std::uint64_t size);
     /// Appends all bytes or none. Returns 0, or the error of the system.
     int append(std::string_view bytes);
-    /// From now on, bytes are written from the memory of the program to the disk, without a copy by the system, where
-    /// file and system permit this. The size of the file, and address and size of appended bytes, must be multiples of
-    /// `block`.
-    void bypass_cache();
     /// Transfers the file to the disk, the first time with its entry in the folder. Returns 0, or the error of the
     /// system. Some file systems do not support this; the data is then in the hands of the system, which writes it
     /// later.
@@ -46,7 +38,6 @@ private:
     std::string path_;
     int file_ = -1;
     std::uint64_t size_ = 0;
-    bool bypasses_cache_ = false;
     bool is_entry_transferred_ = false;
 };
 

@@ -43,15 +43,6 @@ void finish_record(ByteWriter& record) {
     record.put(checksum(record.bytes));
 }
 
-std::string padding_record(std::size_t size) {
-    static_assert(least_padding == record_head + record_end);
-    ByteWriter record;
-    begin_record(record, RecordKind::padding);
-    record.bytes.resize(size - record_end);
-    finish_record(record);
-    return std::move(record.bytes);
-}
-
 bool is_record(std::string_view bytes, RecordKind kind) {
     if (bytes.size() < record_head + record_end) return false;
     const RecordHead head = head_of(bytes);

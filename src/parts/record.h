@@ -7,17 +7,12 @@
 
 namespace kagero {
 
-enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3, padding = 4 };
+enum class RecordKind : std::uint32_t { header = 1, tile = 2, end = 3 };
 
 /// Begins a record in place of the writer's bytes. The content is then written behind them.
 void begin_record(ByteWriter& record, RecordKind kind);
 /// Completes a record that begin_record began.
 void finish_record(ByteWriter& record);
-
-/// Size of the smallest record `padding`, in bytes.
-inline constexpr std::size_t least_padding = 20;
-/// Returns a record `padding` of `size` bytes in all, not fewer than least_padding.
-std::string padding_record(std::size_t size);
 
 enum class RecordState {
     valid,

@@ -4,6 +4,7 @@
 #include "error.h"
 #include "parts/choices.h"
 #include "parts/identity.h"
+#include "parts/journal_writer.h"
 #include "report/run_json.h"
 
 namespace kagero {
@@ -49,20 +50,23 @@ RunReport render_tiles(const Plan& plan, const TileFileHeader& header, Film& fil
         const std::uint64_t index = header.grid.index_of(tile);
         return header.part.contains(index) && !results.has(index);
     };
-    const auto finish = [&](const Tile& tile, TileReport tile_report, const Film& pixels) {
-        const std::uint64_t index = header.grid.index_of(tile);
-        std::string_view record;
-        if (journal || results.keeps_records()) record = encode_tile(header, index, tile_report, pixels);
-        if (journal) journal->append(record);
-        results.add(index, std::move(tile_report), results.keeps_records() ? std::string(record) : std::string());
-    };
-    if (results.keeps_records()) control.tile_film_finished = finish;
+    std::optional<JournalWriter> writer;
+    if (journal) writer.emplace(*journal, header, film);
+    if (results.keeps_records())
+        control.tile_film_finished = [&](const Tile& tile, TileReport tile_report, const Film& pixels) {
+            const std::uint64_t index = header.grid.index_of(tile);
+            std::string record(encode_tile(header, index, tile_report, pixels));
+            if (writer) writer->add(record);
+            results.add(index, std::move(tile_report), std::move(record));
+        };
     else
         control.tile_finished = [&](const Tile& tile, TileReport tile_report) {
-            finish(tile, std::move(tile_report), film);
+            const std::uint64_t index = header.grid.index_of(tile);
+            if (writer) writer->add(index, tile_report);
+            results.add(index, std::move(tile_report));
         };
     RunReport report = render_with_errors(plan, film, control);
-    if (journal && report.interrupted) journal->sync();
+    if (writer && report.interrupted) writer->sync();
     results.totals().write_to(report);
     report.earlier_rays = earlier_rays;
     return report;

@@ -180,7 +180,7 @@ std::optional<TileFileHeader> read_header(std::istream& in, const std::string& p
 }
 
 TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film, TileResults& results) {
-    for (std::uint64_t tiles = 0;;) {
+    for (std::uint64_t tiles = 0;; ++tiles) {
         const auto valid = static_cast<std::uint64_t>(in.tellg());
         const Record record = read_record(in);
         if (record.state != RecordState::valid) return {end_of(record.state), valid};
@@ -191,10 +191,8 @@ TilesRead read_tiles(std::istream& in, const TileFileHeader& header, Film& film,
             if (!matches) return {TileFileEnd::damaged, valid};
             return {TileFileEnd::complete, static_cast<std::uint64_t>(in.tellg())};
         }
-        if (record.kind == RecordKind::padding) continue;
         if (record.kind != RecordKind::tile || !add_tile(header, record.bytes, film, results))
             return {TileFileEnd::damaged, valid};
-        ++tiles;
     }
 }
 

@@ -3,8 +3,8 @@
 ///
 /// A tile file consists of 16 bytes that identify it, the version of the format (32 bits), and records. A record
 /// consists of its kind (32 bits), the size of its content (64 bits), the content, and the checksum of all these
-/// bytes (64 bits). The first record is the header. Each further record is a tile, in any order, or padding, which has
-/// no meaning. The record `end` completes a part; a journal has none. Numbers are little-endian, floats are IEEE 754.
+/// bytes (64 bits). The first record is the header. Each further record is a tile, in any order. The record `end`
+/// completes a part; a journal has none. Numbers are little-endian, floats are IEEE 754.
 #pragma once
 
 #include "film/write_film.h"

@@ -3,6 +3,7 @@
 #include "accuracy/end_errors.h"
 #include "error.h"
 #include "parts/bytes.h"
+#include "parts/journal_writer.h"
 #include "ranks/joint_work.h"
 #include "ranks/tile_supply.h"
 
@@ -77,9 +78,10 @@ class TileGathering {
 public:
     TileGathering(Communicator& ranks, const TileFileHeader& header, std::vector<std::uint64_t> supplied, Film& film,
                   TileResults& results, Journal* journal, const RunControl& control, LinkTimes times)
-        : header_(header), film_(film), results_(results), journal_(journal), control_(control),
+        : header_(header), film_(film), results_(results), control_(control),
           earlier_tiles_(results.count()), earlier_rays_(results.totals().sums.rays),
           supply_(ranks.size(), std::move(supplied), {}), work_(ranks, control.stop, times) {
+        if (journal) writer_.emplace(*journal, header, film);
         work_.answer_request = [this] {
             ByteWriter share;
             share.put_list(supply_.take_share());
@@ -97,7 +99,7 @@ public:
         add_supply(own_control, supply_, header_.grid, *work_.stop());
         own_control.tile_finished = [this](const Tile& tile, TileReport tile_report) {
             const std::uint64_t index = header_.grid.index_of(tile);
-            if (journal_) journal_->append(encode_tile(header_, index, tile_report, film_));
+            if (writer_) writer_->add(index, tile_report);
             results_.add(index, std::move(tile_report));
         };
         RunReport report;
@@ -106,10 +108,10 @@ public:
             return encode(report, host);
         });
         complete(report, ends);
-        if (journal_ && report.interrupted) journal_->sync();
+        if (writer_ && report.interrupted) writer_->sync();
         return report;
     } catch (...) {
-        if (journal_) journal_->sync();
+        if (writer_) writer_->sync();
         throw;
     }
 
@@ -124,7 +126,7 @@ private:
             added = add_tile_record(header_, message.bytes, film_, results_);
         }
         if (!added) throw RunError("rank " + std::to_string(message.from) + " has sent a tile that is not expected");
-        if (journal_) journal_->append(message.bytes);
+        if (writer_) writer_->add(message.bytes);
     }
 
     /// Shows the progress. Takes a requested snapshot if the threads of this rank have ended; before, they do.
@@ -154,12 +156,12 @@ private:
     const TileFileHeader& header_;
     Film& film_;
     TileResults& results_;
-    Journal* const journal_;
     const RunControl& control_;
     const std::uint64_t earlier_tiles_, earlier_rays_;
     const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
     std::shared_mutex film_mutex_;
     TileSupply supply_;
+    std::optional<JournalWriter> writer_;
     JointWork work_;  ///< The last member, because its thread uses the others.
 };
 

@@ -21,20 +21,21 @@ JournalWriter::JournalWriter(Journal& journal, const TileFileHeader& header, con
     : journal_(journal), header_(header), film_(film),
       writer_([this](const std::stop_token& stop) { write_repeatedly(stop); }) {}
 
-void JournalWriter::add(std::uint64_t index, TileReport report) { add(FinishedTile{index, std::move(report), {}}); }
+void JournalWriter::add(std::uint64_t index, TileReport report) { add({{index, std::move(report), {}}}); }
 
-void JournalWriter::add(std::string record) { add(FinishedTile{0, {}, std::move(record)}); }
+void JournalWriter::add(std::string record) { add({{0, {}, std::move(record)}}); }
 
-void JournalWriter::add(FinishedTile tile) {
+/// Adds a list of one tile. Its memory was reserved before, so that other threads do not wait for that.
+void JournalWriter::add(std::list<FinishedTile> tile) {
     const std::lock_guard lock(adding_);
     if (error_) std::rethrow_exception(error_);
-    finished_.push_back(std::move(tile));
+    finished_.splice(finished_.end(), tile);
 }
 
 /// Writes the tiles that were added since the last call.
 void JournalWriter::write_finished() {
     const std::lock_guard writing(writing_);
-    std::vector<FinishedTile> tiles;
+    std::list<FinishedTile> tiles;
     {
         const std::lock_guard adding(adding_);
         tiles.swap(finished_);

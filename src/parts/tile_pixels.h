@@ -1,9 +1,5 @@
-/// The pixels of a tile as bytes.
-///
-/// The bytes contain the layers of the film one after another, and the rows of a layer one after another. A row
-/// consists of sections: the number of pixels in the section (32 bits), the number of pixels after them that equal the
-/// last of them (32 bits), and the floats of the pixels. Large areas of a picture often have one colour, so that the
-/// bytes are few. Floats are compared bit by bit.
+/// The pixels of tiles as bytes: row by row for each layer, the number of pixels that follow (32 bits), and these pixels.
+/// If all pixels of a row have the same bits, only the first one follows.
 #pragma once
 
 #include "film/film.h"

@@ -17,6 +17,7 @@ class Resume : public HoleTest {
 protected:
     void SetUp() override {
         HoleTest::SetUp();
+        setenv("KAGERO_JOURNAL_INTERVAL", "0.02", 1);
         const auto begin = std::chrono::steady_clock::now();
         ASSERT_EQ(run(slow + "--quiet -o whole.exr").status, 0);
         seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -42,6 +43,11 @@ protected:
             run_until(share, "TERM", slow + "--quiet --resume -o a.exr");
         }
         ASSERT_TRUE(exists("a.exr.journal"));
+    }
+
+    void TearDown() override {
+        unsetenv("KAGERO_JOURNAL_INTERVAL");
+        HoleTest::TearDown();
     }
 
     double seconds_ = 0;
@@ -166,6 +172,40 @@ TEST_F(Resume, ContinuesAfterAFullDisk) {
     EXPECT_EQ(resumed.status, 0) << resumed.err;
     EXPECT_NE(resumed.err.find("continues from a.exr.journal"), std::string::npos) << resumed.err;
     EXPECT_TRUE(read("a.exr") == read("whole.exr"));
+}
+
+// A record is written at the latest after the interval, so no tile is in the journal of a process that ends earlier.
+TEST_F(Resume, WritesTilesAtIntervals) {
+    setenv("KAGERO_JOURNAL_INTERVAL", "1000", 1);
+    for (double share = 0.6; !exists("a.exr.journal") && share > 0.1; share *= 0.9) {
+        std::filesystem::remove(directory_ / "a.exr");
+        run_until(share, "KILL", slow + "--quiet --resume -o a.exr");
+    }
+    ASSERT_TRUE(exists("a.exr.journal"));
+    const Outcome resumed = run(slow + "--resume -o a.exr");
+    EXPECT_NE(resumed.err.find("continues from a.exr.journal: 0 of 64 tiles are finished"), std::string::npos)
+        << resumed.err;
+    EXPECT_TRUE(read("a.exr") == read("whole.exr"));
+    for (const char* wrong : {"-1", "often", "1e9", "nan"}) {
+        setenv("KAGERO_JOURNAL_INTERVAL", wrong, 1);
+        const Outcome refused = run(slow + "--resume -o b.exr");
+        EXPECT_EQ(refused.status, 2) << wrong;
+        EXPECT_NE(refused.err.find("KAGERO_JOURNAL_INTERVAL: '" + std::string(wrong) + "' is not a number of seconds"),
+                  std::string::npos)
+            << refused.err;
+    }
+}
+
+// --json needs the error of H of all rays, which the finished tiles do not have.
+TEST_F(Resume, RefusesAJournalWithoutTheErrorOfH) {
+    const std::string render = "render hole.toml --size 256x256 --threads 1 --resume -o b.png ";
+    ASSERT_EQ(run(render + "--time-limit 1e-6").status, 0);
+    const Outcome refused = run(render + "--json report.json");
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find("the measurement of the error of H, which --json and .exr need, is off in b.png.journal"),
+              std::string::npos)
+        << refused.err;
+    EXPECT_EQ(run(render).status, 0);
 }
 
 TEST_F(Resume, RefusesAChangedTexture) {

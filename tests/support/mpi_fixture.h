@@ -49,7 +49,7 @@ private:
     /// Other implementations ignore them.
     static std::string variables() {
         return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
-               "OMPI_MCA_btl_vader_single_copy_mechanism=none ";
+               "OMPI_MCA_btl_vader_single_copy_mechanism=none KAGERO_JOURNAL_INTERVAL=0.01 ";
     }
     /// Returns the command of a rank. It begins with `rank_command`.
     static std::string command(const std::string& arguments, const std::string& rank_command) {

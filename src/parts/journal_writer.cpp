@@ -1,5 +1,7 @@
 #include "parts/journal_writer.h"
 
+#include "large_vector.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -10,32 +12,42 @@ using Clock = std::chrono::steady_clock;
 
 /// Size of records that are written together, in bytes.
 constexpr std::size_t records_size = std::size_t{1} << 18;
+/// Number of tiles for which memory is reserved at once, if there are so many.
+constexpr std::uint64_t most_reserved_tiles = std::uint64_t{1} << 16;
 /// Shortest pause of the thread.
 constexpr std::chrono::duration<double> least_pause{0.005};
 /// Interval of the transfers to the disk. A run that ends earlier does not wait for the disk at all.
 constexpr std::chrono::seconds transfer_interval{5};
 
+/// Returns an empty vector with memory for n elements.
+template <class T>
+std::vector<T> reserved(std::size_t n) {
+    std::vector<T> elements = large_vector<T>(n, 0);
+    elements.clear();
+    return elements;
+}
+
 }  // namespace
 
 JournalWriter::JournalWriter(Journal& journal, const TileFileHeader& header, const Film& film)
     : journal_(journal), header_(header), film_(film),
+      finished_(reserved<FinishedTile>(std::min(header.part.tiles_of(header.grid), most_reserved_tiles))),
       writer_([this](const std::stop_token& stop) { write_repeatedly(stop); }) {}
 
-void JournalWriter::add(std::uint64_t index, TileReport report) { add({{index, std::move(report), {}}}); }
+void JournalWriter::add(std::uint64_t index, TileReport report) { add(FinishedTile{index, std::move(report), {}}); }
 
-void JournalWriter::add(std::string record) { add({{0, {}, std::move(record)}}); }
+void JournalWriter::add(std::string record) { add(FinishedTile{0, {}, std::move(record)}); }
 
-/// Adds a list of one tile. Its memory was reserved before, so that other threads do not wait for that.
-void JournalWriter::add(std::list<FinishedTile> tile) {
+void JournalWriter::add(FinishedTile tile) {
     const std::lock_guard lock(adding_);
     if (error_) std::rethrow_exception(error_);
-    finished_.splice(finished_.end(), tile);
+    finished_.push_back(std::move(tile));
 }
 
 /// Writes the tiles that were added since the last call.
 void JournalWriter::write_finished() {
     const std::lock_guard writing(writing_);
-    std::list<FinishedTile> tiles;
+    std::vector<FinishedTile> tiles;
     {
         const std::lock_guard adding(adding_);
         tiles.swap(finished_);

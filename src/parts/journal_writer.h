@@ -5,7 +5,6 @@
 
 #include <condition_variable>
 #include <exception>
-#include <list>
 #include <mutex>
 #include <thread>
 
@@ -36,7 +35,7 @@ private:
         std::string record;
     };
 
-    void add(std::list<FinishedTile> tile);
+    void add(FinishedTile tile);
     void write_finished();
     void write_repeatedly(const std::stop_token& stop);
 
@@ -44,7 +43,7 @@ private:
     const TileFileHeader& header_;
     const Film& film_;
     std::mutex adding_;  ///< Protects the next two members.
-    std::list<FinishedTile> finished_;
+    std::vector<FinishedTile> finished_;
     std::exception_ptr error_;  ///< Error of the thread.
     std::mutex writing_;        ///< Protects the journal and the next member.
     std::string records_;       ///< Records that are written together.

@@ -82,9 +82,9 @@ public:
           earlier_tiles_(results.count()), earlier_rays_(results.totals().sums.rays),
           supply_(ranks.size(), std::move(supplied), {}), work_(ranks, control.stop, times) {
         if (journal) writer_.emplace(*journal, header, film);
-        work_.answer_request = [this] {
+        work_.answer_request = [this](const std::string& request) {
             ByteWriter share;
-            share.put_list(supply_.take_share());
+            share.put_list(supply_.take_share(ByteReader(request).get<std::uint64_t>()));
             if (supply_.is_short()) work_.expect_messages();
             return share.bytes;
         };
@@ -169,7 +169,11 @@ private:
 RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileHeader& header, Film& film,
                           RunControl control, LinkTimes times) {
     std::optional<JointWork> work;  // its thread uses the supply
-    TileSupply supply(ranks.size(), {}, [&] { work->post_request(); });
+    TileSupply supply(ranks.size(), {}, [&](std::size_t fewest) {
+        ByteWriter request;
+        request.put(std::uint64_t{fewest});
+        work->post_request(request.bytes);
+    });
     work.emplace(ranks, control.stop, times);
     work->receive_answer = [&](const std::string& bytes) {
         supply.receive(ByteReader(bytes).get_list<std::uint64_t>());

@@ -67,7 +67,7 @@ void JointWork::receive(const RankMessage& message) {
 void JointWork::receive_at_root(const RankMessage& message) {
     try {
         if (message.kind == result_message) return receive_result(message);
-        if (message.kind == request_message) return link_.post(message.from, answer_message, answer_request());
+        if (message.kind == request_message) return link_.post(message.from, answer_message, answer_request(message.bytes));
         stop_ = stop_ || message.kind == stop_message;
         if (message.kind != end_message) return;
         End& end = ends_[static_cast<std::size_t>(message.from)];

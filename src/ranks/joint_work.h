@@ -14,7 +14,7 @@ public:
     /// Rank 0: handles a result of another rank. Called in the thread of the link. If it throws, all ranks end early.
     std::function<void(const RankMessage&)> receive_result;
     /// Rank 0: returns the answer to a request of another rank. Called in the thread of the link.
-    std::function<std::string()> answer_request;
+    std::function<std::string(const std::string& request)> answer_request;
     /// Other ranks: handles the answer to a request. Called in the thread of the link.
     std::function<void(const std::string&)> receive_answer;
     /// Rank 0: called between messages, in the thread of the link, for example to show progress.
@@ -32,8 +32,8 @@ public:
     /// States that messages of other ranks have to be answered without delay.
     void expect_messages() { link_.expect(true); }
     /// Other ranks: sends a request to rank 0. May be called from any thread.
-    void post_request() {
-        link_.post(0, request_message, "");
+    void post_request(std::string bytes) {
+        link_.post(0, request_message, std::move(bytes));
         hurry();
     }
 

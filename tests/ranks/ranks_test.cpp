@@ -99,11 +99,11 @@ TEST(TileSupply, GivesEveryTileOnceAndMoreOfThemToFasterRanks) {
     TileSupply root(2, left, {});
     std::atomic<int> requests = 0;
     const std::atomic<bool> stop = false;
-    TileSupply other(2, {}, [&] { ++requests; });
+    TileSupply other(2, {}, [&](std::size_t) { ++requests; });
     std::atomic<bool> is_done = false;
     std::thread link([&] {
         while (!is_done) {
-            for (; requests > 0; --requests) other.receive(root.take_share());
+            for (; requests > 0; --requests) other.receive(root.take_share(4));
             std::this_thread::sleep_for(std::chrono::microseconds(200));
         }
     });
@@ -130,7 +130,7 @@ TEST(TileSupply, GivesEveryTileOnceAndMoreOfThemToFasterRanks) {
 TEST(TileSupply, RequestsSharesBeforeTheyAreNeeded) {
     const std::atomic<bool> stop = false;
     int requests = 0;
-    TileSupply other(2, {}, [&] { ++requests; });
+    TileSupply other(2, {}, [&](std::size_t) { ++requests; });
     other.request_first();
     EXPECT_EQ(requests, 1);
     other.receive({1, 2, 3, 4, 5, 6, 7, 8});
@@ -142,13 +142,13 @@ TEST(TileSupply, RequestsSharesBeforeTheyAreNeeded) {
     std::vector<std::uint64_t> left(32);
     TileSupply root(2, left, {});
     EXPECT_FALSE(root.is_short());
-    for (int share = 0; share < 3; ++share) root.take_share();  // 8 + 6 + 4 tiles
+    for (const std::size_t size : {8, 6, 4}) EXPECT_EQ(root.take_share(4).size(), size);
     EXPECT_TRUE(root.is_short());
 }
 
 TEST(TileSupply, EndsIfTheRunIsStopped) {
     const std::atomic<bool> stop = true;
-    TileSupply other(2, {}, [] {});
+    TileSupply other(2, {}, [](std::size_t) {});
     EXPECT_FALSE(other.next(stop));
 }
 

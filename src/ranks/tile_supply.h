@@ -17,7 +17,7 @@ namespace kagero {
 /// The supply of one rank. Rank 0 owns the tiles that are left. It gives the other ranks shares of them on request, and
 /// takes shares for itself. The shares become smaller toward the end (guided self-scheduling: Polychronopoulos and
 /// Kuck, 1987), so that faster ranks get more tiles and all ranks end at about the same time. A rank requests its next
-/// share when half of its last one is left, or what it renders in 5 ms, so that it does not wait for messages. Its
+/// share when half of its last one is left, or what it renders in 12 ms, so that it does not wait for messages. Its
 /// shares are not smaller than that, while so many tiles are left. Rank 0 does not wait, and its shares may be smaller.
 class TileSupply {
 public:
@@ -74,7 +74,7 @@ private:
 
     /// Returns the number of tiles that this rank renders while it waits for a share, at the rate so far; at least 1.
     std::size_t tiles_ahead() const {
-        constexpr std::chrono::duration<double> wait{0.005};
+        constexpr std::chrono::duration<double> wait{0.012};
         const std::chrono::duration<double> elapsed = Clock::now() - begin_;
         if (given_ == 0 || elapsed < wait) return 1;
         return static_cast<std::size_t>(static_cast<double>(given_) * (wait / elapsed)) + 1;

@@ -72,7 +72,7 @@ std::string encode_frame(const FinishedFrame& frame) {
     return std::move(writer.bytes);
 }
 
-FinishedFrame decode_frame(const std::string& bytes) {
+FinishedFrame decode_frame(std::string_view bytes) {
     ByteReader reader(bytes);
     const auto get_texts = [&] {
         std::vector<std::string> texts(reader.get<std::uint64_t>());

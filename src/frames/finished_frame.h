@@ -24,6 +24,6 @@ FinishedFrame finish_frame(RenderedFrame& frame);
 
 /// Returns the frame as bytes, and the frame of such bytes. Throws InputError if the bytes are too short.
 std::string encode_frame(const FinishedFrame& frame);
-FinishedFrame decode_frame(const std::string& bytes);
+FinishedFrame decode_frame(std::string_view bytes);
 
 }  // namespace kagero

@@ -74,10 +74,12 @@ public:
         get_raw(&number, sizeof number);
         return number;
     }
-    std::string get_text() {
+    std::string get_text() { return std::string(get_view()); }
+    /// Reads a text without a copy.
+    std::string_view get_view() {
         const auto size = get<std::uint64_t>();
         require(size);
-        std::string text(rest_.substr(0, size));
+        const std::string_view text = rest_.substr(0, size);
         rest_.remove_prefix(size);
         return text;
     }

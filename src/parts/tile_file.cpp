@@ -121,7 +121,7 @@ TileReport get_report(ByteReader& reader) {
 }
 
 /// Adds a tile to film and results. Returns false if the bytes are not those of a new tile of the part.
-bool add_tile(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) try {
+bool add_tile(const TileFileHeader& header, std::string_view record, Film& film, TileResults& results) try {
     ByteReader reader(record_content(record));
     const auto index = reader.get<std::uint64_t>();
     const auto tile = reader.get<Tile>();
@@ -130,7 +130,8 @@ bool add_tile(const TileFileHeader& header, const std::string& record, Film& fil
     if (std::memcmp(&tile, &expected, sizeof tile) != 0) return false;
     TileReport report = get_report(reader);
     get_pixels(reader, tile, film);
-    return reader.empty() && results.add(index, std::move(report), results.keeps_records() ? record : std::string());
+    return reader.empty() &&
+           results.add(index, std::move(report), std::string(results.keeps_records() ? record : std::string_view()));
 } catch (const InputError&) {
     return false;
 }
@@ -235,7 +236,7 @@ std::string_view encode_tile(const TileFileHeader& header, std::uint64_t index, 
     return record.bytes;
 }
 
-bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results) {
+bool add_tile_record(const TileFileHeader& header, std::string_view record, Film& film, TileResults& results) {
     return is_record(record, RecordKind::tile) && add_tile(header, record, film, results);
 }
 

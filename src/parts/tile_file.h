@@ -88,7 +88,7 @@ std::string_view encode_tile(const TileFileHeader& header, std::uint64_t index, 
 
 /// Adds the tile of a record that encode_tile returned, as read_tiles does. Returns false if the bytes are not
 /// such a record of a new tile of the part; the pixels of the film are then not meaningful.
-bool add_tile_record(const TileFileHeader& header, const std::string& record, Film& film, TileResults& results);
+bool add_tile_record(const TileFileHeader& header, std::string_view record, Film& film, TileResults& results);
 
 /// Writes a part with the tiles of `results`, which keeps their records, as write_file does. If some tiles of the part
 /// are missing, the file has no record `end`.

@@ -20,8 +20,8 @@ void compute_on_ranks(Communicator& ranks, const std::vector<std::uint64_t>& ent
         ++kept;
     };
     JointWork joint(ranks, stop, times);
-    joint.receive_result = [&](const RankMessage& message) {
-        ByteReader reader(message.bytes);
+    joint.receive_result = [&](int, std::string_view result) {
+        ByteReader reader(result);
         const auto entry = reader.get<std::uint64_t>();
         keep(entry, reader.get_text());
     };
@@ -41,7 +41,7 @@ void compute_on_ranks(Communicator& ranks, const std::vector<std::uint64_t>& ent
             ByteWriter writer;
             writer.put(entries[i]);
             writer.put_text(*content);
-            joint.post_result(std::move(writer.bytes));
+            joint.post_result(writer.bytes);
         }
         return "";
     });

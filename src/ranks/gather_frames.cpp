@@ -33,8 +33,8 @@ FramesReport render_frames_on_ranks(Communicator& ranks, FramePlans& plans, cons
     const bool is_root = ranks.rank() == 0;
     std::atomic<std::uint64_t> written = 0;
     JointWork work(ranks, control.stop, times);
-    work.receive_result = [&](const RankMessage& message) {
-        FinishedFrame frame = decode_frame(message.bytes);
+    work.receive_result = [&](int, std::string_view result) {
+        FinishedFrame frame = decode_frame(result);
         write(frame);
         ++written;
     };

@@ -57,8 +57,8 @@ ErrorStudy study_on_ranks(Communicator& ranks, const Plan& plan, StudyOptions op
     const bool is_root = ranks.rank() == 0;
     PointTable points(finished);
     JointWork joint(ranks, stop, times);
-    joint.receive_result = [&](const RankMessage& message) {
-        ByteReader reader(message.bytes);
+    joint.receive_result = [&](int, std::string_view result) {
+        ByteReader reader(result);
         const auto [name, content] = get_point(reader);
         points.add(name, content, keep);
     };
@@ -69,7 +69,7 @@ ErrorStudy study_on_ranks(Communicator& ranks, const Plan& plan, StudyOptions op
         if (is_root) return points.add(name, content, keep);
         ByteWriter writer;
         put_point(writer, name, content);
-        joint.post_result(std::move(writer.bytes));
+        joint.post_result(writer.bytes);
         points.add(name, content, {});
     };
     options.await_others = [&] {

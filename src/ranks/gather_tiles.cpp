@@ -88,7 +88,7 @@ public:
             if (supply_.is_short()) work_.expect_messages();
             return share.bytes;
         };
-        work_.receive_result = [this](const RankMessage& message) { receive(message); };
+        work_.receive_result = [this](int from, std::string_view record) { receive(from, record); };
         work_.observe = [this] { observe(); };
     }
 
@@ -119,14 +119,14 @@ private:
     double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
     std::uint64_t tiles() const { return header_.part.tiles_of(header_.grid); }
 
-    void receive(const RankMessage& message) {
+    void receive(int from, std::string_view record) {
         bool added = false;
         {
             const std::shared_lock lock(film_mutex_);
-            added = add_tile_record(header_, message.bytes, film_, results_);
+            added = add_tile_record(header_, record, film_, results_);
         }
-        if (!added) throw RunError("rank " + std::to_string(message.from) + " has sent a tile that is not expected");
-        if (writer_) writer_->add(message.bytes);
+        if (!added) throw RunError("rank " + std::to_string(from) + " has sent a tile that is not expected");
+        if (writer_) writer_->add(std::string(record));
     }
 
     /// Shows the progress. Takes a requested snapshot if the threads of this rank have ended; before, they do.
@@ -184,7 +184,7 @@ RunReport render_for_root(Communicator& ranks, const Plan& plan, const TileFileH
     control.snapshot_requested = nullptr;
     control.tile_film_finished = [&](const Tile& tile, const TileReport& report, const Film& pixels) {
         const std::uint64_t index = header.grid.index_of(tile);
-        work->post_result(std::string(encode_tile(header, index, report, pixels)));
+        work->post_result(encode_tile(header, index, report, pixels));
     };
     RunReport report;
     work->run([&] {

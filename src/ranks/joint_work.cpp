@@ -1,7 +1,6 @@
 #include "ranks/joint_work.h"
 
 #include "error.h"
-#include "parts/bytes.h"
 
 namespace kagero {
 
@@ -42,9 +41,34 @@ void JointWork::do_own_work(const std::function<std::string()>& own_work) {
         own_end_.failure = error.what();
         stop_ = true;
     }
-    if (!is_root()) link_.post(0, end_message, encode(own_end_));
+    if (!is_root()) {
+        post_results();
+        link_.post(0, end_message, encode(own_end_));
+    }
     own_work_is_done_ = true;
     hurry();
+}
+
+void JointWork::post_result(std::string_view result) {
+    constexpr std::size_t most_bytes = std::size_t{1} << 28;
+    const std::lock_guard lock(posting_);
+    if (results_.bytes.size() + result.size() > most_bytes) post_collected();
+    results_.put_text(result);
+}
+
+/// Posts the results of this rank that are not posted yet.
+void JointWork::post_results() {
+    const std::lock_guard lock(posting_);
+    post_collected();
+}
+
+/// Posts results as one message; `posting_` is locked.
+void JointWork::post_collected() {
+    if (results_.bytes.empty()) return;
+    std::string message = std::move(results_.bytes);
+    results_.bytes = {};
+    results_.bytes.reserve(message.size());  // the next message is probably as long
+    link_.post(0, result_message, std::move(message));
 }
 
 /// Sends the posted messages at once, and looks often for others from now on.
@@ -66,7 +90,10 @@ void JointWork::receive(const RankMessage& message) {
 /// Handles a message. A failure, such as a full disk, stops all ranks and is thrown when they have ended.
 void JointWork::receive_at_root(const RankMessage& message) {
     try {
-        if (message.kind == result_message) return receive_result(message);
+        if (message.kind == result_message) {
+            for (ByteReader reader(message.bytes); !reader.empty();) receive_result(message.from, reader.get_view());
+            return;
+        }
         if (message.kind == request_message) return link_.post(message.from, answer_message, answer_request(message.bytes));
         stop_ = stop_ || message.kind == stop_message;
         if (message.kind != end_message) return;
@@ -89,7 +116,7 @@ void JointWork::announce_stop() {
 
 void JointWork::idle() {
     announce_stop();
-    if (!is_root()) return;
+    if (!is_root()) return post_results();
     observe();
     if (!own_work_is_done_ || ended_ + 1 < ranks_.size() || is_over_) return;
     is_over_ = true;

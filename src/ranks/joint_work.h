@@ -1,6 +1,7 @@
 /// Work that all ranks do together, with results that rank 0 receives.
 #pragma once
 
+#include "parts/bytes.h"
 #include "ranks/rank_link.h"
 
 namespace kagero {
@@ -12,7 +13,7 @@ public:
     JointWork(Communicator& ranks, const std::atomic<bool>* caller_stop, LinkTimes times = {});
 
     /// Rank 0: handles a result of another rank. Called in the thread of the link. If it throws, all ranks end early.
-    std::function<void(const RankMessage&)> receive_result;
+    std::function<void(int from, std::string_view result)> receive_result;
     /// Rank 0: returns the answer to a request of another rank. Called in the thread of the link.
     std::function<std::string(const std::string& request)> answer_request;
     /// Other ranks: handles the answer to a request. Called in the thread of the link.
@@ -26,8 +27,8 @@ public:
     bool own_work_is_done() const { return own_work_is_done_; }
     /// Rank 0: returns true if the work of all other ranks is done, and their results were received.
     bool others_have_ended() const { return ended_ + 1 >= ranks_.size(); }
-    /// Other ranks: sends a result to rank 0. May be called from any thread.
-    void post_result(std::string bytes) { link_.post(0, result_message, std::move(bytes)); }
+    /// Other ranks: sends a result to rank 0, in one message with others. May be called from any thread.
+    void post_result(std::string_view result);
 
     /// States that messages of other ranks have to be answered without delay.
     void expect_messages() { link_.expect(true); }
@@ -45,7 +46,7 @@ public:
 private:
     /// Kinds of messages. Kind 0 belongs to the link.
     enum MessageKind : int {
-        result_message = 1,  ///< To rank 0: a result.
+        result_message = 1,  ///< To rank 0: results, each as a text of ByteWriter.
         stop_message,        ///< All ranks end early.
         end_message,         ///< To rank 0: the work of the sender is done.
         over_message,        ///< From rank 0: all ranks have ended.
@@ -62,6 +63,8 @@ private:
     static End decode(const std::string& bytes);
     bool is_root() const { return ranks_.rank() == 0; }
     void hurry();
+    void post_results();
+    void post_collected();
     void do_own_work(const std::function<std::string()>& own_work);
     void receive(const RankMessage& message);
     void receive_at_root(const RankMessage& message);
@@ -77,6 +80,8 @@ private:
     std::vector<End> ends_;  ///< On rank 0, one for each rank. Used by the thread of the link until it has ended.
     End own_end_;
     std::atomic<int> ended_ = 0;  ///< Number of other ranks that have ended.
+    std::mutex posting_;          ///< Protects the next member.
+    ByteWriter results_;          ///< Results of this rank that are not sent yet.
     RankLink link_;               ///< The last member, because its thread uses the others.
 };
 

@@ -169,7 +169,7 @@ TEST_F(Ranks, EndIfOneFails) {
 TEST_F(Ranks, EndIfResultsCannotBeKept) {
     const auto failures = run_on(3, [&](Communicator& ranks) {
         JointWork work(ranks, nullptr, quick);
-        work.receive_result = [](const RankMessage&) { throw RunError("the disk is full"); };
+        work.receive_result = [](int, std::string_view) { throw RunError("the disk is full"); };
         work.run([&]() -> std::string {
             if (ranks.rank() == 1) work.post_result("a result");
             while (!*work.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(1));

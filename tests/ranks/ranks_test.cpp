@@ -9,7 +9,9 @@
 #include "tests/support/local_ranks.h"
 #include "tests/support/part_fixture.h"
 
+#include <map>
 #include <numeric>
+#include <set>
 #include <thread>
 
 namespace kagero::test {
@@ -164,6 +166,35 @@ TEST_F(Ranks, EndIfOneFails) {
     EXPECT_EQ(failures[0], "rank 2 on host host-2: no memory here");
     EXPECT_EQ(failures[1], "");
     EXPECT_EQ(failures[2], "no memory here");
+}
+
+// Results of several threads are sent together, in messages that differ in size. Some results have no bytes.
+TEST_F(Ranks, SendEveryResultOnce) {
+    constexpr int results_per_thread = 500;
+    std::map<int, std::multiset<std::string>> received;
+    const auto failures = run_on(3, [&](Communicator& ranks) {
+        const auto post_results = [&](JointWork& work, int thread) {
+            for (int i = 0; i < results_per_thread; ++i) {
+                work.post_result(std::string(static_cast<std::size_t>(i % 7 * i), static_cast<char>('a' + thread)));
+                if (i % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+        };
+        JointWork work(ranks, nullptr, quick);
+        work.receive_result = [&](int from, std::string_view result) { received[from].emplace(result); };
+        work.run([&] {
+            if (ranks.rank() == 0) return std::string();
+            std::thread other(post_results, std::ref(work), 0);
+            post_results(work, 1);
+            other.join();
+            return std::string();
+        });
+    });
+    EXPECT_EQ(failures, std::vector<std::string>(3));
+    std::multiset<std::string> expected;
+    for (const char letter : {'a', 'b'})
+        for (int i = 0; i < results_per_thread; ++i)
+            expected.insert(std::string(static_cast<std::size_t>(i % 7 * i), letter));
+    for (const int rank : {1, 2}) EXPECT_TRUE(received[rank] == expected) << rank;
 }
 
 TEST_F(Ranks, EndIfResultsCannotBeKept) {

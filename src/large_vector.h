@@ -12,8 +12,8 @@
 namespace kagero {
 
 /// Returns a vector of n elements with this value. Where the system permits, the memory of a long vector consists of
-/// huge pages, because the system takes long to provide small ones. If `threads` is greater than 0, so many threads wait
-/// until the system has provided and cleared the pages.
+/// huge pages, because the system takes long to provide small ones. If `threads` is greater than 0, so many threads
+/// wait until the system has provided and cleared the pages.
 template <class T>
 std::vector<T> large_vector(std::size_t n, unsigned threads, const T& value = T()) {
     constexpr std::uintptr_t huge_page = 1 << 21;  // bytes

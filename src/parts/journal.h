@@ -27,7 +27,8 @@ public:
     std::chrono::duration<double> interval() const { return interval_; }
     /// Removes all bytes, and writes the header of a new journal. Returns the number of removed bytes. Throws RunError.
     std::uint64_t begin(const TileFileHeader& header);
-    /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes. Throws RunError.
+    /// Reads all complete tiles, and removes all bytes after them. Returns the number of removed bytes. Throws
+    /// RunError.
     std::uint64_t read(Film& film, TileResults& results);
     /// Appends records. Throws RunError if this fails; the journal then ends with its last complete record.
     void append(std::string_view records);

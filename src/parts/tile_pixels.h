@@ -1,5 +1,5 @@
-/// The pixels of tiles as bytes: row by row for each layer, the number of pixels that follow (32 bits), and these pixels.
-/// If all pixels of a row have the same bits, only the first one follows.
+/// The pixels of tiles as bytes: row by row for each layer, the number of pixels that follow (32 bits), and these
+/// pixels. If all pixels of a row have the same bits, only the first one follows.
 #pragma once
 
 #include "film/film.h"

@@ -78,9 +78,9 @@ class TileGathering {
 public:
     TileGathering(Communicator& ranks, const TileFileHeader& header, std::vector<std::uint64_t> supplied, Film& film,
                   TileResults& results, Journal* journal, const RunControl& control, LinkTimes times)
-        : header_(header), film_(film), results_(results), control_(control),
-          earlier_tiles_(results.count()), earlier_rays_(results.totals().sums.rays),
-          supply_(ranks.size(), std::move(supplied), {}), work_(ranks, control.stop, times) {
+        : header_(header), film_(film), results_(results), control_(control), earlier_tiles_(results.count()),
+          earlier_rays_(results.totals().sums.rays), supply_(ranks.size(), std::move(supplied), {}),
+          work_(ranks, control.stop, times) {
         if (journal) writer_.emplace(*journal, header, film);
         work_.answer_request = [this](const std::string& request) {
             ByteWriter share;

@@ -94,7 +94,8 @@ void JointWork::receive_at_root(const RankMessage& message) {
             for (ByteReader reader(message.bytes); !reader.empty();) receive_result(message.from, reader.get_view());
             return;
         }
-        if (message.kind == request_message) return link_.post(message.from, answer_message, answer_request(message.bytes));
+        if (message.kind == request_message)
+            return link_.post(message.from, answer_message, answer_request(message.bytes));
         stop_ = stop_ || message.kind == stop_message;
         if (message.kind != end_message) return;
         End& end = ends_[static_cast<std::size_t>(message.from)];

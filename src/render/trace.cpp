@@ -1,8 +1,8 @@
 #include "render/trace.h"
 
 #include "error.h"
-#include "rays/coherence.h"
 #include "large_vector.h"
+#include "rays/coherence.h"
 #include "rays/ray_ends.h"
 #include "render/run.h"
 #include "scene/value.h"

@@ -116,7 +116,8 @@ TEST_F(Frames, ContinueAfterKills) {
     ASSERT_EQ(run(render + "--quiet -o whole-%d.exr").status, 0);
     // The process is killed a random time after it began a journal.
     write("until.sh",
-          "export KAGERO_JOURNAL_INTERVAL=0.02; \"$@\" & until ls a-*.journal >/dev/null 2>&1 || ! kill -0 $! 2>/dev/null; do sleep 0.02; done; "
+          "export KAGERO_JOURNAL_INTERVAL=0.02; \"$@\" & until ls a-*.journal >/dev/null 2>&1 || ! kill -0 $! "
+          "2>/dev/null; do sleep 0.02; done; "
           "sleep $SHARE; kill -KILL $! 2>/dev/null; wait $!\n");
     std::mt19937 random(1);
     std::uniform_real_distribution<double> seconds(0.3, 1.5);

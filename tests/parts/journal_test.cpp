@@ -202,7 +202,8 @@ TEST_F(Resume, RefusesAJournalWithoutTheErrorOfH) {
     ASSERT_EQ(run(render + "--time-limit 1e-6").status, 0);
     const Outcome refused = run(render + "--json report.json");
     EXPECT_EQ(refused.status, 2);
-    EXPECT_NE(refused.err.find("the measurement of the error of H, which --json and .exr need, is off in b.png.journal"),
+    EXPECT_NE(refused.err.find(
+                  "the measurement of the error of H, which --json and .exr need, is off in b.png.journal"),
               std::string::npos)
         << refused.err;
     EXPECT_EQ(run(render).status, 0);

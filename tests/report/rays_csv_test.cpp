@@ -49,6 +49,14 @@ TEST(RaysCsv, IsReadWithExactDoubles) {
         }
 }
 
+TEST(RaysCsv, CanContainFieldsInQuotes) {
+    const auto rays = parse("\"x\", \"y\" ,z,dx,dy,dz\n\"1.5\",2,\"-3\",0,1,0\n");
+    ASSERT_EQ(rays.size(), 1u);
+    EXPECT_EQ(rays[0].position, (Double3{1.5, 2, -3}));
+    for (const char* unclosed : {"\"", "\"x", "x\""})
+        EXPECT_THROW(parse(std::string(unclosed) + ",y,z,dx,dy,dz\n"), InputError) << unclosed;
+}
+
 TEST(RaysCsv, CanContainInfinitiesAndNan) {
     const auto rays = parse("x,y,z,dx,dy,dz\ninf,-inf,nan,+1,-0,1e-3");
     ASSERT_EQ(rays.size(), 1u);

@@ -17,7 +17,8 @@ struct Field {
     int column;  ///< Column of the first character, counted from 1.
 };
 
-/// Splits a line at commas and removes spaces and tabs around each field.
+/// Splits a line at commas and removes spaces and tabs around each field, and quotes, which some programs write around
+/// the names of columns.
 std::vector<Field> split(std::string_view line) {
     std::vector<Field> fields;
     std::size_t begin = 0;
@@ -26,6 +27,10 @@ std::vector<Field> split(std::string_view line) {
         std::size_t first = begin, last = comma;
         while (first < last && (line[first] == ' ' || line[first] == '\t')) ++first;
         while (last > first && (line[last - 1] == ' ' || line[last - 1] == '\t')) --last;
+        if (last - first > 1 && line[first] == '"' && line[last - 1] == '"') {
+            ++first;
+            --last;
+        }
         fields.push_back({line.substr(first, last - first), static_cast<int>(first) + 1});
         if (comma == line.size()) return fields;
         begin = comma + 1;

@@ -3,7 +3,7 @@
 
 #include "frames/frame_plans.h"
 #include "frames/frame_range.h"
-#include "parts/journal.h"
+#include "parts/journals/journal.h"
 
 #include <memory>
 

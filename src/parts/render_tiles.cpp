@@ -4,7 +4,7 @@
 #include "error.h"
 #include "parts/choices.h"
 #include "parts/identity.h"
-#include "parts/journal_writer.h"
+#include "parts/journals/journal_writer.h"
 #include "report/run_json.h"
 
 namespace kagero {

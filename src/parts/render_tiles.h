@@ -1,7 +1,7 @@
 /// Rendering of a part of a picture, and of a picture that an earlier run has begun.
 #pragma once
 
-#include "parts/journal.h"
+#include "parts/journals/journal.h"
 #include "plan/plan.h"
 
 namespace kagero {

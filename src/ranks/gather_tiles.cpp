@@ -3,7 +3,7 @@
 #include "accuracy/end_errors.h"
 #include "error.h"
 #include "parts/bytes.h"
-#include "parts/journal_writer.h"
+#include "parts/journals/journal_writer.h"
 #include "ranks/joint_work.h"
 #include "ranks/tile_supply.h"
 

@@ -1,7 +1,7 @@
 /// Rendering of one picture by all ranks.
 #pragma once
 
-#include "parts/journal.h"
+#include "parts/journals/journal.h"
 #include "plan/plan.h"
 #include "ranks/rank_link.h"
 

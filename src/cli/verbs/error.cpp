@@ -7,7 +7,7 @@
 #include "cli/verb.h"
 #include "error.h"
 #include "film/partial_file.h"
-#include "parts/entry_journal.h"
+#include "parts/journals/entry_journal.h"
 #include "parts/identity.h"
 #include "ranks/agreement.h"
 #include "ranks/gather_points.h"

@@ -6,7 +6,7 @@
 #include "cli/verb.h"
 #include "error.h"
 #include "modules/modules.h"
-#include "parts/entry_journal.h"
+#include "parts/journals/entry_journal.h"
 #include "plan/names.h"
 #include "report/stability_report.h"
 

@@ -7,7 +7,7 @@
 #include "cli/verb.h"
 #include "error.h"
 #include "parts/bytes.h"
-#include "parts/entry_journal.h"
+#include "parts/journals/entry_journal.h"
 #include "parts/identity.h"
 #include "plan/names.h"
 #include "ranks/agreement.h"

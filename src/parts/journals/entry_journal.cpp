@@ -1,4 +1,4 @@
-#include "parts/entry_journal.h"
+#include "parts/journals/entry_journal.h"
 
 #include "error.h"
 #include "parts/bytes.h"

@@ -1,7 +1,7 @@
 /// The journal of a run that consists of named entries, such as the cases of `stability`.
 #pragma once
 
-#include "parts/append_file.h"
+#include "parts/journals/append_file.h"
 #include "parts/tile_file.h"
 #include "report/json.h"
 

@@ -1,4 +1,4 @@
-#include "parts/journal.h"
+#include "parts/journals/journal.h"
 
 #include "error.h"
 #include "scene/value.h"

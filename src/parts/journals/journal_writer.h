@@ -1,7 +1,7 @@
 /// Appends the finished tiles of a render to its journal.
 #pragma once
 
-#include "parts/journal.h"
+#include "parts/journals/journal.h"
 
 #include <condition_variable>
 #include <exception>

@@ -1,7 +1,7 @@
 /// The journal of a render: a tile file that grows with every finished tile, so that a later run can continue.
 #pragma once
 
-#include "parts/append_file.h"
+#include "parts/journals/append_file.h"
 #include "parts/tile_file.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "parts/append_file.h"
+#include "parts/journals/append_file.h"
 
 #include "error.h"
 

@@ -1,4 +1,4 @@
-#include "parts/journal_writer.h"
+#include "parts/journals/journal_writer.h"
 
 #include "large_vector.h"
 

@@ -11,8 +11,8 @@
 
 namespace kagero {
 
-/// Returns a vector of n elements with this value. The memory of a long vector is requested from the system at once, and
-/// consists of huge pages where the system permits them, because it takes long to provide small pages one by one.
+/// Returns a vector of n elements with this value. The memory of a long vector is requested from the system at once,
+/// and consists of huge pages where the system permits them, because it takes long to provide small pages one by one.
 /// `threads` threads share this work; with 0, the calling thread does it.
 template <class T>
 std::vector<T> large_vector(std::size_t n, unsigned threads, const T& value = T()) {

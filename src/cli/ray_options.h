@@ -4,7 +4,7 @@
 #include "cli/arguments.h"
 #include "rays/start_rays.h"
 #include "sweep/parameter_sets.h"
-#include "tuning/ray_list.h"
+#include "library/ray_list.h"
 
 namespace kagero {
 

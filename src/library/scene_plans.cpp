@@ -6,7 +6,7 @@
 #include "library/choices.h"
 #include "plan/names.h"
 #include "scene/value.h"
-#include "tuning/ray_list.h"
+#include "library/ray_list.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>

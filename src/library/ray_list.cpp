@@ -1,4 +1,4 @@
-#include "tuning/ray_list.h"
+#include "library/ray_list.h"
 
 #include "error.h"
 #include "scene/value.h"

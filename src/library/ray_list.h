@@ -1,4 +1,4 @@
-/// Plans of lists of rays. The command line and the library share these functions.
+/// Plans of lists of rays, which the verb `trace`, the public library and the Python module share.
 #pragma once
 
 #include "plan/plan.h"

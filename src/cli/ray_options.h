@@ -2,9 +2,9 @@
 #pragma once
 
 #include "cli/arguments.h"
+#include "library/ray_list.h"
 #include "rays/start_rays.h"
 #include "sweep/parameter_sets.h"
-#include "library/ray_list.h"
 
 namespace kagero {
 

@@ -4,9 +4,9 @@
 #include "error.h"
 #include "frames/sub_frames.h"
 #include "library/choices.h"
+#include "library/ray_list.h"
 #include "plan/names.h"
 #include "scene/value.h"
-#include "library/ray_list.h"
 #include "tuning/resolve.h"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cli/terminal.h"
-#include "parts/render_tiles.h"
+#include "parts/journals/render_tiles.h"
 #include "ranks/communicator.h"
 
 namespace kagero {

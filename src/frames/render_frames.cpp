@@ -2,7 +2,7 @@
 
 #include "accuracy/end_errors.h"
 #include "frames/sub_frames.h"
-#include "parts/render_tiles.h"
+#include "parts/journals/render_tiles.h"
 #include "render/threads.h"
 
 #include <chrono>

@@ -1,4 +1,4 @@
-#include "parts/render_tiles.h"
+#include "parts/journals/render_tiles.h"
 
 #include "accuracy/end_errors.h"
 #include "error.h"

@@ -3,8 +3,8 @@
 
 #include "parts/choices.h"
 #include "parts/identity.h"
-#include "parts/merge.h"
 #include "parts/journals/render_tiles.h"
+#include "parts/merge.h"
 #include "report/run_json.h"
 #include "tests/support/plan_fixture.h"
 #include "tests/support/program.h"

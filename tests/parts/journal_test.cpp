@@ -190,6 +190,7 @@ TEST_F(Resume, WritesTilesAtIntervals) {
         setenv("KAGERO_JOURNAL_INTERVAL", wrong, 1);
         const Outcome refused = run(slow + "--resume -o b.exr");
         EXPECT_EQ(refused.status, 2) << wrong;
+        EXPECT_FALSE(exists("b.exr.journal")) << wrong;
         EXPECT_NE(refused.err.find("KAGERO_JOURNAL_INTERVAL: '" + std::string(wrong) + "' is not a number of seconds"),
                   std::string::npos)
             << refused.err;

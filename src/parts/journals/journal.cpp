@@ -26,7 +26,7 @@ std::chrono::duration<double> journal_interval() {
 
 }  // namespace
 
-Journal::Journal(std::string path) : file_(std::move(path)), interval_(journal_interval()) {
+Journal::Journal(std::string path) : interval_(journal_interval()), file_(std::move(path)) {
     std::ifstream in(file_.path(), std::ios::binary);
     header_ = read_header(in, file_.path());
 }

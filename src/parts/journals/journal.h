@@ -40,9 +40,9 @@ public:
 private:
     void refuse_after(int error) const;
 
+    std::chrono::duration<double> interval_;  ///< Read first: with a wrong variable, no file is created.
     AppendFile file_;
     std::optional<TileFileHeader> header_;
-    std::chrono::duration<double> interval_;
     bool removed_ = false;
 };
 
